@@ -73,7 +73,7 @@ async function bundle() {
     legalComments: 'none',
     logLevel: 'warning'
   });
-  // What `aprsim trace export --html` puts into one file with the page's style.
+  // `aprsim trace export --html` writes this script and the page's style into one file.
   await build({
     entryPoints: {player: join(here, 'src/player/main.ts')},
     outdir: join(out, 'player'),

@@ -120,13 +120,13 @@ class WebServer::Impl {
       if (draining_) hub_.close();
     };
     rejected_.full = fmt::format(
-        "This daemon has all of its {} connections for browsers in use; somebody has to leave "
-        "first. This page tries again by itself.",
+        "All {} connections for browsers are in use. This page tries again by itself until one is "
+        "free.",
         options_.listener.limits.at_once);
     return {};
   }
 
-  /// Counts from the request on: many may be on their way to a WebSocket at a time.
+  /// Counts from the request on, since many upgrades may be pending at once.
   std::shared_ptr<void> take_viewer_slot() {
     if (draining_ || *viewer_slots_used_ >= options_.max_viewers) return nullptr;
     ++*viewer_slots_used_;
@@ -145,7 +145,7 @@ class WebServer::Impl {
         });
   }
 
-  /// A client without a slot gets a page that says so.
+  /// Serves a page with the reason to a client without a slot.
   void reject(protocols::TcpListener::Socket socket, const std::string& peer) {
     if (draining_ || rejected_sessions_.size() >= kMaxRejected) return;
     const std::uint64_t id = ++next_session_;
@@ -179,7 +179,8 @@ class WebServer::Impl {
         if (const auto open = session.lock()) open->close();
       }
     }
-    // Everything pending ends by itself but a viewer that does not answer the goodbye.
+    // All pending operations end by themselves, except for viewers that do not complete the closing
+    // handshake.
     drain_timer_.expires_after(options_.listener.drain_deadline);
     drain_timer_.async_wait([this](const boost::system::error_code& cancelled) {
       if (!cancelled) hub_.drop();
@@ -202,12 +203,12 @@ class WebServer::Impl {
   HttpContext context_, rejected_;
   std::shared_ptr<std::size_t> viewer_slots_used_ = std::make_shared<std::size_t>(0);
   bool draining_ = false;
-  bool over_ = false;  // what ends now ends with the io_context
+  bool over_ = false;  // set once the io_context ends
   std::uint64_t next_session_ = 0;
   std::map<std::uint64_t, std::weak_ptr<HttpSession>> sessions_, rejected_sessions_;
   WebCounts counts_;
   ViewerHub hub_;
-  // Its pending handlers own sessions and sockets, whose ends refer to what stands above.
+  // Last member: its pending handlers own sessions and sockets that refer to the members above.
   asio::io_context io_{1};
   protocols::TcpListener listener_;
   asio::steady_timer tick_timer_, drain_timer_;

@@ -11,11 +11,11 @@
 /// The web page and its WebSocket.
 namespace aprsim::web {
 
-/// Serves the page over HTTP from a table of files, and to each viewer, over a WebSocket, the
-/// latest snapshot at the rate it asks for, besides traffic and registers that it watches. Takes
-/// commands and jogs from viewers that may. Keeps what goes wrong in the cell, and what was asked
-/// for, for viewers that come later. Connects browsers from its own page only.
-/// GET /incident?last=SECONDS gives the latest of the run as a journal file. For operators:
+/// Serves the page over HTTP from a table of files. Sends each viewer, over a WebSocket, the latest
+/// snapshot at its requested rate, and the traffic and registers that it watches. Accepts commands
+/// and jogs from viewers with permission. Keeps faults and commands for viewers that connect later.
+/// Accepts WebSockets from its own page only. GET /incident?last=SECONDS returns the last part of
+/// the run as a journal file. For operators:
 /// /metrics; /healthz, 200 while this thread answers; /readyz, 503 with the reason while the
 /// simulation has a problem(). One thread.
 class WebServer {
@@ -26,13 +26,13 @@ class WebServer {
   WebServer(const WebServer&) = delete;
   WebServer& operator=(const WebServer&) = delete;
 
-  /// Reads the files, listens and starts the thread; returns the port. Without the page's files a
-  /// notice takes their place. Fails with the address, port and cause. Once only.
+  /// Reads the files, listens and starts the thread; returns the port. Without the page's files, a
+  /// notice is served instead. Errors name address, port and cause. Call it once.
   [[nodiscard]] Result<std::uint16_t> start();
-  /// Ends jogs, says goodbye to viewers, closes everything and joins. Again: nothing.
+  /// Ends jogs, closes all viewers and connections, and joins. Idempotent.
   void stop();
 
-  [[nodiscard]] std::size_t open() const;  ///< connections now; thread: any
+  [[nodiscard]] std::size_t open() const;  ///< current connections; thread: any
   /// Thread: the server's, as in the calls of its options.
   [[nodiscard]] WebServerStats stats() const;
 

@@ -27,7 +27,7 @@ const run = promisify(execFile);
 
 let browser, folder, journal, live;
 
-/** What one run writes, as `aprsim trace export` tells it. */
+/** Output of `aprsim trace export` for one run. */
 async function exported(...options) {
   const {stdout} = await run(
     join(bin, 'aprsim'),
@@ -191,7 +191,10 @@ test('one page shows the run without a network', async () => {
   const file = join(folder, 'run.html');
   const told = await exported('--html', file);
   assert.ok(told.snapshots > 40, JSON.stringify(told));
-  const context = await browser.newContext({viewport: {width: 1200, height: 800}, offline: true});
+  const context = await browser.newContext({
+    viewport: {width: 1200, height: 800},
+    offline: true
+  });
   const page = await context.newPage();
   page.setDefaultTimeout(90000);
   const complaints = [],

@@ -9,7 +9,7 @@ import {chromium} from 'playwright-core';
 
 const here = dirname(fileURLToPath(import.meta.url));
 export const bin = process.env.APRSIM_BIN_DIR ?? join(here, '../../build/release/bin');
-const browserProgram = process.env.CHROMIUM ?? '/usr/bin/chromium';
+export const browserProgram = process.env.CHROMIUM ?? '/usr/bin/chromium';
 
 /** Waits until `look` gives something true. */
 export async function until(what, look, deadline_ms = 60000) {
@@ -39,7 +39,7 @@ export class Daemon {
     const daemon = new Daemon();
     running.add(daemon);
     daemon.directory = mkdtempSync(join(tmpdir(), 'aprsim-web-'));
-    const file = join(daemon.directory, 'ports.json');
+    const file = (daemon.portsFile = join(daemon.directory, 'ports.json'));
     const fixed = ports ? ['--set', `web.port=${ports.web}`] : [];
     daemon.process = spawn(
       join(bin, 'aprsimd'),
@@ -84,9 +84,10 @@ export function openBrowser() {
   });
 }
 
-/** A page of the daemon's; everything it complains of lands in `page.complaints`. */
+/** Opens the daemon's page and waits for its first picture (`frames`: 'none' without WebGL). Errors and
+ * warnings of the console are collected in `page.complaints`. */
 export async function openPage(browser, daemon, options = {}) {
-  const {query = '', ...context} = options;
+  const {query = '', frames = 'drawn', ...context} = options;
   const page = await (
     await browser.newContext({
       viewport: {width: 1200, height: 800},
@@ -106,7 +107,7 @@ export async function openPage(browser, daemon, options = {}) {
   });
   page.on('pageerror', (error) => page.complaints.push(String(error)));
   await page.goto(daemon.url + query);
-  await page.waitForSelector('main[data-frames=drawn]', {timeout: 120000});
+  await page.waitForSelector(`main[data-frames=${frames}]`, {timeout: 120000});
   return page;
 }
 

@@ -19,7 +19,7 @@ after(async () => {
 });
 
 const tab = (name) => page.getByRole('tab', {name}).click();
-/** What is shown: step, epoch, the robot's first joint, contacts. */
+/** Shown state: step, epoch, the robot's first joint, contacts. */
 const shown = () =>
   page.evaluate(() => {
     const {state} = document.querySelector('main.stage').view;
@@ -79,7 +79,7 @@ test('a millisecond back, a millisecond on, by buttons and keys', async () => {
   const at = (wanted) => until(`step ${wanted}`, async () => (await shown()).step === wanted);
   await page.getByTestId('past-back').click();
   await at(step - 1);
-  assert.match(await page.getByTestId('sim-time').textContent(), /\d:\d\d\.\d{3}/);
+  assert.match(await page.getByTestId('sim-time').textContent(), /^\d+\.\d{3} s$/);
   await page.getByTestId('past-on').click();
   await at(step);
   await page.evaluate(() => document.activeElement?.blur());
@@ -131,7 +131,7 @@ test('charts and taps show the same moment', async () => {
 test('the past takes no commands but a stop', async () => {
   await goTo(seen[2].step);
   await until('a locked button', () => page.getByTestId('reset').isDisabled());
-  assert.match(await page.getByTestId('reset').getAttribute('title'), /This is the past/);
+  assert.match(await page.getByTestId('reset').getAttribute('title'), /The past is shown/);
   assert.ok(await page.getByTestId('stop-cell').isEnabled());
   await page.getByTestId('past-now').click();
   await until('the present', async () => !(await shown()).past);

@@ -1,4 +1,4 @@
-// What a viewer without permission sees.
+// The page of a viewer without permission.
 import assert from 'node:assert/strict';
 import {execFileSync} from 'node:child_process';
 import {mkdtempSync, writeFileSync} from 'node:fs';
@@ -54,7 +54,7 @@ test('a token unlocks', async () => {
   await page.getByLabel('Access token').fill('wrong-token');
   await page.getByRole('button', {name: 'Unlock'}).click();
   await until('a refusal', async () =>
-    /not the right one/.test(await page.locator('.toasts').textContent())
+    /wrong token/.test(await page.locator('.toasts').textContent())
   );
   await page.getByLabel('Access token').fill('open-sesame');
   await page.getByRole('button', {name: 'Unlock'}).click();

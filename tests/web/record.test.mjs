@@ -1,5 +1,4 @@
-// What the page keeps, and what the daemon keeps for it: charts, faults, commands. And what holds
-// wherever the focus is.
+// Records of the page and of the daemon: charts, faults, commands. Also keys, with any focus.
 import assert from 'node:assert/strict';
 import {readFileSync} from 'node:fs';
 import {connect} from 'node:net';
@@ -30,8 +29,7 @@ const tab = (name, of = page) => of.getByRole('tab', {name}).click();
 const selected = (of = page) => of.getByRole('tab', {selected: true}).textContent();
 const label = () => page.getByTestId('play').textContent();
 const time = async (of = page) => {
-  const [minutes, seconds] = (await of.getByTestId('sim-time').textContent()).split(':');
-  return 60000 * Number(minutes) + Math.round(1000 * Number(seconds));
+  return Math.round(1000 * Number.parseFloat(await of.getByTestId('sim-time').textContent()));
 };
 async function saved(button, of = page) {
   const [file] = await Promise.all([
@@ -79,7 +77,7 @@ test('the value under the cursor shows, and the latest without one', async () =>
   const at = (await reading.textContent()).split(':')[0];
   assert.equal((await page.locator('.strip output').first().textContent()).split(':')[0], at);
   await page.mouse.move(5, 300);
-  await page.getByRole('button', {name: 'Go on'}).click();
+  await page.getByRole('button', {name: 'Follow'}).click();
 });
 
 test('a mistyped signal is refused, with those that were meant', async () => {
@@ -101,38 +99,76 @@ test('a mistyped signal is refused, with those that were meant', async () => {
   assert.match(await complaint.textContent(), /There is no signal “#\+\*”\. Try/);
 });
 
-test('the space bar pauses whatever has the focus', async () => {
-  const pause = async (what) => {
-    const paused = (await label()) === 'Play';
-    await page.keyboard.press('Space');
-    await until(`${what}: the other state`, async () => ((await label()) === 'Play') !== paused);
-  };
+test('Space and Enter press the focused button; Space pauses where nothing takes it', async () => {
+  const paused = async () => (await label()) === 'Play';
   await tab('Robots');
-  await page.getByTestId('reset').focus();
-  await pause('a button');
-  assert.equal(await page.getByRole('dialog').count(), 0, 'and does not press it');
-  await page.getByTestId('init-fanuc').focus();
-  await pause('a robot’s button');
+  for (const key of ['Space', 'Enter']) {
+    await page.getByTestId('reset').focus();
+    await page.keyboard.press(key);
+    const dialog = page.getByRole('dialog', {name: 'Reset the cell'});
+    await dialog.waitFor();
+    await dialog.getByRole('button', {name: 'Cancel'}).focus();
+    await page.keyboard.press(key);
+    await dialog.waitFor({state: 'detached'});
+    assert.equal(await paused(), false, `${key} does not pause as well`);
+  }
+  await page.getByTestId('choose-motoman').focus();
+  await page.keyboard.press('Space');
+  assert.equal(await page.getByTestId('choose-motoman').getAttribute('aria-pressed'), 'true');
   await tab('CRCL');
   const quiet = page.getByTestId('crcl-quiet');
   await quiet.focus();
-  await pause('a check box');
-  assert.ok(await quiet.isChecked());
-  await quiet.press('Enter');
-  assert.ok(!(await quiet.isChecked()), 'which Enter still changes');
-  await quiet.press('Enter');
-  await page.getByLabel('Speed', {exact: true}).focus();
-  await pause('a choice');
-  await page.getByTestId('reset').click();
-  await page.getByRole('dialog').getByRole('button', {name: 'Cancel'}).focus();
-  await pause('a dialog');
-  await page.getByRole('dialog').getByRole('button', {name: 'Cancel'}).click();
+  await page.keyboard.press('Space');
+  assert.ok(!(await quiet.isChecked()), 'a check box changes');
+  await page.keyboard.press('Space');
   await page.getByLabel('Filter').first().fill('a');
   await page.getByLabel('Filter').first().press('Space');
   assert.equal(await page.getByLabel('Filter').first().inputValue(), 'a ');
   await page.getByLabel('Filter').first().fill('');
+  assert.equal(await paused(), false);
   await page.evaluate(() => document.activeElement?.blur());
-  if ((await label()) === 'Play') await pause('nothing');
+  await page.keyboard.press('Space');
+  await until('a pause', paused);
+  await page.keyboard.press('Space');
+  await until('time to run again', async () => !(await paused()));
+});
+
+test('Escape closes what is open before it stops anything', async () => {
+  const stops = () =>
+    page.evaluate(() => {
+      const {connection} = document.querySelector('main.stage').view.state;
+      if (!connection.request.stops) {
+        const request = connection.request.bind(connection);
+        connection.request = (body, patience_ms) => {
+          if (body.case === 'stopCell') ++connection.request.stops;
+          return request(body, patience_ms);
+        };
+        connection.request.stops = 0;
+      }
+      return connection.request.stops;
+    });
+  await stops();
+  await page.evaluate(() => {
+    const {view} = document.querySelector('main.stage');
+    view.select({kind: 'belt'});
+    view.onPick({kind: 'belt'});
+    document.activeElement?.blur();
+  });
+  await page.getByTestId('pick').waitFor();
+  await page.keyboard.press('?');
+  await page.getByTestId('help').waitFor();
+  await page.keyboard.press('Escape');
+  await page.getByTestId('help').waitFor({state: 'detached'});
+  assert.ok(await page.getByTestId('pick').isVisible(), 'one at a time');
+  await page.keyboard.press('Escape');
+  assert.ok(await page.getByTestId('pick').isHidden());
+  if (await page.getByTestId('start').isVisible()) {
+    await page.keyboard.press('Escape');
+    assert.ok(await page.getByTestId('start').isHidden());
+  }
+  assert.equal(await stops(), 0, 'nothing was stopped so far');
+  await page.keyboard.press('Escape');
+  await until('the stop', async () => (await stops()) === 1);
 });
 
 test('keys that browsers need are left to them', async () => {
@@ -147,7 +183,7 @@ test('keys that browsers need are left to them', async () => {
 test('a held key steps on, and the clock shows each millisecond', async () => {
   await page.getByTestId('play').click();
   await until('a paused cell', async () => (await label()) === 'Play');
-  assert.match(await page.getByTestId('sim-time').textContent(), /^\d+:\d\d\.\d{3}$/);
+  assert.match(await page.getByTestId('sim-time').textContent(), /^\d+\.\d{3} s$/);
   const start = await time();
   await page.evaluate(() => document.activeElement?.blur());
   await page.keyboard.down('.');
@@ -206,7 +242,7 @@ test('a page opened later learns what went wrong before', async () => {
   await tab('Faults', later);
   const list = later.getByTestId('faults');
   await until('the load', async () =>
-    /went on from the saved state 'before'/.test(await list.textContent())
+    /continued from the saved state 'before'/.test(await list.textContent())
   );
   const lines = await list.locator('li').allTextContents();
   assert.match(lines[0], /^beltstop, lasts/, 'what has stopped stands first');
@@ -254,7 +290,7 @@ test('commands are kept from before the page was opened, polls apart', async () 
   assert.match(message.data, /<Message>kept in mind<\/Message>/);
   assert.ok(events.some(({source, type}) => source === 'page' && type === 'stop_cell'));
   assert.match(
-    await saved('as text', later),
+    await saved('Save as text', later),
     /s of run 1 {2}crcl\.fanuc from 127\.0\.0\.1:\d+ {2}Message/
   );
   // Polls come when they are asked for.
@@ -300,7 +336,7 @@ test('registers are written from their table; refused values show the reason', a
   );
   await row.getByRole('textbox').fill('fast');
   await row.getByRole('textbox').press('Enter');
-  assert.match(await row.getByRole('alert').textContent(), /“fast” is no whole number/);
+  assert.match(await row.getByRole('alert').textContent(), /“fast” is not a whole number/);
   const coil = page.getByTestId('register-coil-run');
   await coil.getByRole('button', {name: 'run on'}).click();
   await until('the belt to run', async () =>
@@ -357,9 +393,7 @@ test('a page that finds no room says so, and comes in when there is', async () =
   const second = await (await browser.newContext()).newPage();
   await second.goto(small.url);
   const note = second.getByTestId('offline');
-  await until('the reason', async () =>
-    /as many viewers as this daemon serves/.test(await note.textContent())
-  );
+  await until('the reason', async () => /maximum number of viewers/.test(await note.textContent()));
   assert.doesNotMatch(await note.textContent(), /is old/);
   first.destroy();
   await until(
@@ -381,7 +415,7 @@ test('a browser that finds no connection free is told so', async () => {
   const late = await (await browser.newContext()).newPage();
   const answer = await late.goto(small.url);
   assert.equal(answer.status(), 503);
-  assert.match(await late.textContent('p'), /all of its 2 connections for browsers in use/);
+  assert.match(await late.textContent('p'), /All 2 connections for browsers are in use/);
   sockets.forEach((socket) => socket.destroy());
   await late.context().close();
   await small.stop();

@@ -57,7 +57,7 @@ after(async () => {
   rmSync(folder, {recursive: true, force: true});
 });
 
-/** What is shown. */
+/** Shown state. */
 const shown = () =>
   page.evaluate(() => {
     const {view} = document.querySelector('main.stage');

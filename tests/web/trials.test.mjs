@@ -19,8 +19,7 @@ after(async () => {
 const field = (id, of = page) => of.getByTestId(id);
 const complaint = () => field('fault-complaint').textContent();
 const time = async (of = page) => {
-  const [minutes, seconds] = (await field('sim-time', of).textContent()).split(':');
-  return 60 * Number(minutes) + Number(seconds);
+  return Number.parseFloat(await field('sim-time', of).textContent());
 };
 
 test('every kind that the daemon has can be chosen, with its ranges', async () => {
@@ -81,7 +80,7 @@ test('a fault begins at once, is on the timeline, and ends by its button', async
     async () => (await field('timeline-' + id).getAttribute('data-state')) === 'over'
   );
   await until('an empty list', async () =>
-    /None waits/.test(await field('injected-faults').textContent())
+    /No fault is pending/.test(await field('injected-faults').textContent())
   );
   const [, from, to] = (
     await field('timeline-' + id)
@@ -133,7 +132,7 @@ const now = (of = page) => field('program-state', of).textContent();
 const speed = async (robot) => Number.parseFloat(await field(`speed-${robot}`).textContent());
 
 test('the demo moves a robot within ten seconds, tells how far its kits are, and stops', async () => {
-  assert.match(await now(), /nothing runs/);
+  assert.match(await now(), /nothing is running/);
   assert.ok(await field('stop-program').isDisabled());
   const begin = await time();
   await field('run-demo').click();
@@ -142,14 +141,14 @@ test('the demo moves a robot within ten seconds, tells how far its kits are, and
     return ((await speed('fanuc')) > 0 || (await speed('motoman')) > 0) && at;
   });
   assert.ok(moved - begin < 10, `asked at ${begin} s, moves at ${moved} s`);
-  await until('parts that are placed', async () => /demo runs: [1-9]/.test(await now()), 180000);
+  await until('parts that are placed', async () => /demo running: [1-9]/.test(await now()), 180000);
   assert.ok((await field('orders').locator('li').count()) >= 2);
   const parts = await field('orders')
     .locator('progress')
     .evaluateAll((bars) => bars.reduce((sum, {value}) => sum + value, 0));
   assert.ok(parts >= 1, `${parts} parts in kits`);
   assert.ok(await field('run-scenario').isDisabled());
-  assert.match(await field('run-scenario').getAttribute('title'), /demo runs; stop it first/);
+  assert.match(await field('run-scenario').getAttribute('title'), /demo is running; stop it first/);
   await field('stop-program').click();
   await until('its end', async () => /demo: stopped/.test(await now()));
   await until('rest', async () => (await speed('fanuc')) === 0 && (await speed('motoman')) === 0);
@@ -161,7 +160,7 @@ test('a scenario runs in the cell: orders, its faults on the timeline, its repor
   await field('run-scenario').click();
   const refusal = field('program-complaint');
   await until('a complaint', async () =>
-    /“a few” is no whole number/.test(await refusal.textContent())
+    /“a few” is not a whole number/.test(await refusal.textContent())
   );
   await field('seed').fill('3');
   await field('run-scenario').click();

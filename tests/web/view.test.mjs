@@ -1,7 +1,8 @@
-// Where the page looks from, and how finely it draws.
+// The view: its direction, resolution, names and labels, and its return after a lost context.
 import assert from 'node:assert/strict';
 import {after, before, test} from 'node:test';
 import {Daemon, openBrowser, openPage, stopAll, until} from './harness.mjs';
+import {countColors} from './pixels.mjs';
 
 let browser;
 before(async () => (browser = await openBrowser()));
@@ -100,7 +101,7 @@ for (const scene of [
   });
 }
 
-test('Look shows the front of a robot, past the other one', async () => {
+test('the View button shows the front of a robot, past the other one', async () => {
   const daemon = await Daemon.start();
   const page = await openPage(browser, daemon);
   for (const [index, name] of ['fanuc', 'motoman'].entries()) {
@@ -171,6 +172,118 @@ test('pictures become coarser where drawing is slow, and finer again where there
   assert.ok(told.rises >= 1 && told.rises <= 8, `${told.rises} rises in ten minutes`);
   assert.ok(told.sizes[1] > 1.4 * told.sizes[0], `widths: ${told.sizes}`);
   assert.equal(told.still, false);
+  await page.context().close();
+  await daemon.stop();
+});
+
+test('in the first view no post of the light curtain is before robots, trays or gears', async () => {
+  const daemon = await Daemon.start();
+  for (const [width, height] of kShapes.slice(0, 3)) {
+    const page = await openPage(browser, daemon, {viewport: {width, height}});
+    const covered = await page.evaluate(() => {
+      const {view} = document.querySelector('main.stage');
+      view.scene.updateMatrixWorld(true);
+      const V = view.camera.position.constructor;
+      const eye = view.camera.position;
+      // Corners of everything that is worked with, and the line of sight to each.
+      const names = [];
+      const posts = view.curtain.posts.map((post) => {
+        post.geometry.computeBoundingBox();
+        return {inverse: post.matrixWorld.clone().invert(), box: post.geometry.boundingBox};
+      });
+      const isCovered = (point) =>
+        posts.some(({inverse, box}) => {
+          // Sampled along the line, in the post's own frame.
+          const a = eye.clone().applyMatrix4(inverse),
+            b = point.clone().applyMatrix4(inverse);
+          for (let t = 0; t < 1; t += 0.0005)
+            if (box.containsPoint(new V().lerpVectors(a, b, t))) return true;
+          return false;
+        });
+      for (const root of [...view.robots.map((robot) => robot.root), ...view.parts.meshes])
+        root.traverse((mesh) => {
+          if (!mesh.isMesh) return;
+          mesh.geometry.computeBoundingBox();
+          const {min, max} = mesh.geometry.boundingBox;
+          for (let i = 0; i < 8; ++i) {
+            const corner = new V(
+              i & 1 ? max.x : min.x,
+              i & 2 ? max.y : min.y,
+              i & 4 ? max.z : min.z
+            );
+            if (isCovered(corner.applyMatrix4(mesh.matrixWorld)))
+              names.push(mesh.userData.pick?.index ?? mesh.parent.name);
+          }
+        });
+      return names;
+    });
+    assert.deepEqual(covered, [], `at ${width}x${height}`);
+    await page.context().close();
+  }
+  await daemon.stop();
+});
+
+test('the view is drawn again after its WebGL context was lost and restored', async () => {
+  const daemon = await Daemon.start(['--speed', 'stepped']); // nothing else asks for a picture
+  const page = await openPage(browser, daemon);
+  const colors = async () => {
+    const {different} = await countColors(await page.locator('.stage canvas').screenshot());
+    return different;
+  };
+  const before = await until('a picture', async () => {
+    const now = await colors();
+    return now > 200 && now;
+  });
+  await page.evaluate(() => {
+    const gl = document.querySelector('main.stage').view.renderer.getContext();
+    globalThis.loss = gl.getExtension('WEBGL_lose_context');
+    globalThis.loss.loseContext();
+  });
+  await until('a word about it', () => page.getByText('lost the graphics context').isVisible());
+  await page.evaluate(() => globalThis.loss.restoreContext());
+  await until('the picture again', async () => (await colors()) > 0.7 * before);
+  assert.ok(await page.getByText('lost the graphics context').isHidden());
+  await page.context().close();
+  await daemon.stop();
+});
+
+test('names of robots, trays and tools can be shown; trays and arms carry labels', async () => {
+  const daemon = await Daemon.start();
+  const page = await openPage(browser, daemon);
+  const names = await page.evaluate(() => {
+    const {cell} = document.querySelector('main.stage').view.state;
+    const trays = cell.bodies.filter((body) => body.geometry.case === 'tray');
+    return [...cell.robots, ...cell.tools, ...trays].map(({name}) => name);
+  });
+  for (const name of names) assert.ok(await page.getByTestId(`name-${name}`).isHidden(), name);
+  await page.getByTestId('layer-names').click();
+  for (const name of names)
+    await until(`the name ${name}`, () => page.getByTestId(`name-${name}`).isVisible());
+  await page.getByTestId('layer-names').click();
+  for (const name of names) assert.ok(await page.getByTestId(`name-${name}`).isHidden(), name);
+  const labels = await page.evaluate(() => {
+    const {view} = document.querySelector('main.stage');
+    const lettered = (root) => {
+      let count = 0;
+      root.traverse((o) => (count += o.isMesh && o.material.map ? 1 : 0));
+      return count;
+    };
+    const {cell} = view.state;
+    return {
+      trays: cell.bodies.flatMap((body, i) =>
+        body.geometry.case === 'tray' ? [lettered(view.parts.meshes[i])] : []
+      ),
+      arms: view.robots.map((robot) => lettered(robot.root))
+    };
+  });
+  assert.ok(
+    labels.trays.every((count) => count === 1),
+    `labels of trays: ${labels.trays}`
+  );
+  assert.ok(
+    labels.arms.every((count) => count >= 2),
+    `nameplates of arms: ${labels.arms}`
+  );
   await page.context().close();
   await daemon.stop();
 });

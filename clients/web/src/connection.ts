@@ -13,10 +13,10 @@ const kLongestPause_ms = 4000;
 const kWatch_ms = 1000;
 const kSilence_ms = 3000; // the daemon sends at least twice a second
 
-/** The WebSocket to the daemon: comes back by itself, answers requests by their ids. */
+/** The WebSocket to the daemon. Reconnects by itself; matches answers to requests by id. */
 export class Connection {
   onUpdate: (update: ViewerUpdate) => void = () => {};
-  /** `refusal`: what the daemon says when it takes no further viewer; else empty. */
+  /** `refusal`: reason why the daemon accepts no further viewer; else empty. */
   onState: (connected: boolean, retryIn_s: number, refusal: string) => void = () => {};
 
   private socket: WebSocket | null = null;
@@ -33,7 +33,7 @@ export class Connection {
     let last = performance.now();
     setInterval(() => {
       const now = performance.now();
-      // A page that was busy itself has not heard what has come meanwhile.
+      // Do not count the time in which the page itself was busy and could not receive.
       const late_ms = now - last - kWatch_ms;
       last = now;
       this.heard = Math.min(now, this.heard + Math.max(0, late_ms));
@@ -46,12 +46,12 @@ export class Connection {
     return this.socket?.readyState === WebSocket.OPEN;
   }
 
-  /** Sends a command; rejects with the daemon's reason, without an answer when the time is up. */
+  /** Sends a command; rejects with the daemon's reason, or after the timeout. */
   async request(body: Body, patience_ms = 5000): Promise<void> {
     await this.ask(body, patience_ms);
   }
 
-  /** The same, with what the daemon gives in place of an outcome, if it does. */
+  /** Sends a request; returns the moment of the past that answers it, null for other requests. */
   async ask(body: Body, patience_ms = 5000): Promise<PastSnapshot | null> {
     const id = this.nextId++;
     const answer = await new Promise<Outcome | PastSnapshot>((resolve, reject) => {
@@ -67,7 +67,7 @@ export class Connection {
     return null;
   }
 
-  /** Sends without waiting for an answer; false when there is no connection. */
+  /** Sends without waiting for an answer; false without a connection. */
   send(body: Body, id = 0): boolean {
     if (!this.connected) return false;
     this.socket!.send(toBinary(ViewerRequestSchema, create(ViewerRequestSchema, {id, body})));
@@ -109,14 +109,14 @@ export class Connection {
     };
   }
 
-  /** Browsers do not tell a page why its WebSocket was refused; the same address without one does. */
+  /** Browsers hide the reason of a refused WebSocket; a plain GET of its address returns it. */
   private async askWhy(): Promise<void> {
     try {
       const answer = await fetch('/ws');
       if (answer.status === 503 && !this.connected)
         this.onState(false, this.pause_ms / 1000, (await sentence(answer)).trim());
     } catch {
-      // Nobody there.
+      // The daemon is not reachable.
     }
   }
 }

@@ -1,24 +1,26 @@
-// The injected faults of a snapshot in simulated time and words.
+// The injected faults of a snapshot as text, with simulated times.
 import {
   InjectedFaultState,
   type CellDescription,
   type InjectedFault,
   type Snapshot
 } from './protocol';
+import {stepSize} from './state';
+import {simSeconds} from './ui/time';
 
 export interface FaultSpan {
   id: bigint;
   title: string; // kind and target
   state: 'waits' | 'lasts' | 'over';
-  begin_s: number | null; // null: it has not begun
-  end_s: number | null; // null: it has not ended
-  trigger: string; // what it waited for; empty: nothing
+  begin_s: number | null; // null: not begun
+  end_s: number | null; // null: not ended
+  trigger: string; // condition of its begin; empty: none
   details: string; // parameters and note
 }
 
-/** By number, those first that were injected first. */
+/** Faults in the order of their injection. */
 export function spansOf(snapshot: Snapshot, cell: CellDescription): FaultSpan[] {
-  const step_s = Number(cell.stepSize?.seconds ?? 0) + (cell.stepSize?.nanos ?? 0) * 1e-9;
+  const step_s = stepSize(cell);
   const time = (step: bigint | undefined): number | null =>
     step === undefined ? null : Number(step) * step_s;
   return snapshot.injectedFaults.map((fault) => ({
@@ -43,11 +45,11 @@ function parametersOf(fault: InjectedFault): string {
     .join(', ');
 }
 
-/** From when to when, in simulated time. */
+/** Begin and end in simulated time. */
 export function timesOf(span: FaultSpan): string {
-  const at = (t: number): string => `${t.toFixed(3)} s`;
+  const at = simSeconds;
   if (span.state === 'waits') return span.trigger ? `waits, ${span.trigger}` : 'waits';
-  if (span.begin_s === null) return 'given up before it began';
+  if (span.begin_s === null) return 'cancelled before it began';
   const begin = at(span.begin_s) + (span.trigger ? `, ${span.trigger}` : '');
   if (span.end_s === null) return `since ${begin}`;
   return span.end_s > span.begin_s ? `${begin}, to ${at(span.end_s)}` : `at ${begin}`;

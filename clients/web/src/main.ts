@@ -1,4 +1,4 @@
-import {View, type Layers} from './scene/view';
+import {makeView, type Layers} from './scene/cell_view';
 import {State} from './state';
 import {Access} from './ui/access';
 import {ChartPanel} from './ui/chart_panel';
@@ -15,25 +15,29 @@ import {PickCard} from './ui/pick_card';
 import {pictureButtons} from './ui/pictures';
 import {RobotPanel} from './ui/robot_panel';
 import {RobotSwitch} from './ui/robot_switch';
+import {Programs} from './ui/programs';
 import {RunCard} from './ui/run_card';
+import {StartCard} from './ui/start_card';
 import {Tabs} from './ui/tabs';
 import {Toolbar} from './ui/toolbar';
 import {TrafficPanel} from './ui/traffic_panel';
-import {units, type Angle, type Length} from './ui/units';
+import {units} from './ui/units';
 
-const kLayerNames: [keyof Layers, string, string][] = [
-  ['trails', 'Trails', 't'],
-  ['targets', 'Targets', 'x'],
-  ['contacts', 'Contacts', 'c'],
-  ['groups', 'Groups', 'g'],
-  ['cameras', 'Cameras', 'v'],
-  ['curtain', 'Beams', 'b']
+/** Layer, label, key, tooltip. */
+const kLayerNames: [keyof Layers, string, string, string][] = [
+  ['names', 'Names', 'l', 'Names of robots, trays and tools'],
+  ['trails', 'Tool paths', 't', 'Recent paths of the tools'],
+  ['targets', 'Move targets', 'x', 'Pose at which each running move ends'],
+  ['contacts', 'Contacts', 'c', 'Contact points and their forces'],
+  ['groups', 'Resting groups', 'g', 'Colours of bodies that physics simplifies as one group'],
+  ['cameras', 'Cameras', 'v', 'Areas and detections of the cameras'],
+  ['curtain', 'Light beams', 'b', 'Light curtain and photo-eyes']
 ];
 
 const state = new State();
 const access = new Access(state);
 const stage = h('main', {class: 'stage'});
-const view = new View(stage, state);
+const view = makeView(stage, state);
 Object.assign(stage, {view}); // where tests look up what is drawn
 view.onProblem = (message) => notify(message, 'error');
 const jog = new Jog(state, access);
@@ -47,13 +51,16 @@ const modbus = new TrafficPanel(state, 'modbus');
 const charts = new ChartPanel(state);
 const faults = new FaultPanel(state);
 const injected = new InjectedCard(state, access);
+const programs = new Programs(state);
+const runCard = new RunCard(state, access, programs);
 const trials = h(
   'div',
   {class: 'panel'},
-  new RunCard(state, access).element,
+  runCard.element,
   new InjectCard(state, access).element,
   injected.element
 );
+const kTrials = 6; // index of the panel
 const tabs = new Tabs(
   [
     {name: 'Robots', content: robotsPanel},
@@ -74,11 +81,11 @@ const tabs = new Tabs(
 );
 
 const layerButtons = new Map(
-  kLayerNames.map(([layer, label, key]) => [
+  kLayerNames.map(([layer, label, key, meaning]) => [
     layer,
     button(label, () => toggleLayer(layer), {
       'aria-pressed': String(view.layers[layer]),
-      title: `Show or hide (${key})`,
+      title: `${meaning} (${key})`,
       'data-testid': `layer-${layer}`
     })
   ])
@@ -96,73 +103,60 @@ function setTheme(dark: boolean): void {
   view.setTheme(dark);
 }
 
-function unitChoice(): HTMLElement {
-  const length = h(
-    'select',
-    {'aria-label': 'Unit of lengths'},
-    ...['mm', 'm', 'in'].map((u) => h('option', {value: u}, u))
-  );
-  const angle = h(
-    'select',
-    {'aria-label': 'Unit of angles'},
-    ...['deg', 'rad'].map((u) => h('option', {value: u}, u))
-  );
-  length.value = units.length;
-  angle.value = units.angle;
-  for (const choice of [length, angle])
-    choice.addEventListener('change', () =>
-      units.set(length.value as Length, angle.value as Angle)
-    );
-  return h('div', {class: 'row end units'}, 'units', length, angle);
-}
-
-const shortcuts = new Shortcuts([
-  {keys: [' '], does: 'pause or go on', run: () => toolbar.toggle(), always: true},
-  {
-    keys: ['.'],
-    does: 'one step while paused; hold for more',
-    run: (_, held) => toolbar.takeSteps(1, held),
-    repeats: true
-  },
-  {
-    keys: [','],
-    does: '100 steps while paused; hold for more',
-    run: (_, held) => toolbar.takeSteps(100, held),
-    repeats: true
-  },
-  {
-    keys: ['['],
-    does: '1 ms back in the past; hold for more',
-    run: () => historyLine.move(-1),
-    repeats: true
-  },
-  {
-    keys: [']'],
-    does: '1 ms on in the past; hold for more',
-    run: () => historyLine.move(1),
-    repeats: true
-  },
-  {keys: ['n'], does: 'from the past back to now', run: () => historyLine.leave()},
-  {keys: ['s', 'Escape'], does: 'stop all robots and the belt', run: () => toolbar.stopCell()},
-  {keys: ['r'], does: 'the next robot', run: () => robotSwitch.chooseNext()},
-  {keys: ['h'], does: 'first view', run: () => view.goHome()},
-  {
-    keys: ['d'],
-    does: 'dark or light',
-    run: () => setTheme(document.documentElement.dataset.theme !== 'dark')
-  },
-  ...kLayerNames.map(([layer, label, key]) => ({
-    keys: [key],
-    does: `show or hide ${label.toLowerCase()}`,
-    run: () => toggleLayer(layer)
-  })),
-  {
-    keys: ['1', '2', '3', '4', '5', '6', '7'],
-    does: 'the panels, from left to right',
-    run: (key) => tabs.open(Number(key) - 1)
-  },
-  {keys: ['?'], does: 'this list', run: () => shortcuts.show()}
-]);
+const shortcuts = new Shortcuts(
+  [
+    {keys: [' '], does: 'pause or resume', run: () => toolbar.toggle()},
+    {
+      keys: ['.'],
+      does: 'one step while paused; hold to repeat',
+      run: (_, held) => toolbar.takeSteps(1, held),
+      repeats: true
+    },
+    {
+      keys: [','],
+      does: '100 steps while paused; hold to repeat',
+      run: (_, held) => toolbar.takeSteps(100, held),
+      repeats: true
+    },
+    {
+      keys: ['['],
+      does: '1 ms back in the recorded past; hold to repeat',
+      run: () => historyLine.move(-1),
+      repeats: true
+    },
+    {
+      keys: [']'],
+      does: '1 ms forward in the recorded past; hold to repeat',
+      run: () => historyLine.move(1),
+      repeats: true
+    },
+    {keys: ['n'], does: 'from the past to now', run: () => historyLine.leave()},
+    {
+      keys: ['s', 'Escape'],
+      does: 'stop all robots and the belt; Escape first closes what is open',
+      run: () => toolbar.stopCell()
+    },
+    {keys: ['r'], does: 'the next robot', run: () => robotSwitch.chooseNext()},
+    {keys: ['h'], does: 'initial view', run: () => view.goHome()},
+    {
+      keys: ['d'],
+      does: 'dark or light colours',
+      run: () => setTheme(document.documentElement.dataset.theme !== 'dark')
+    },
+    ...kLayerNames.map(([layer, label, key]) => ({
+      keys: [key],
+      does: `show or hide ${label.toLowerCase()}`,
+      run: () => toggleLayer(layer)
+    })),
+    {
+      keys: ['1', '2', '3', '4', '5', '6', '7'],
+      does: 'the panels, from left to right',
+      run: (key) => tabs.open(Number(key) - 1)
+    },
+    {keys: ['?'], does: 'this list', run: () => shortcuts.show()}
+  ],
+  [() => pick.close(), () => crcl.closeDetail() || modbus.closeDetail(), () => start.close()]
+);
 
 const toolbar = new Toolbar(
   state,
@@ -179,22 +173,27 @@ const pick = new PickCard(state, view, robotSwitch);
 pick.onTarget = (name, position_R) => {
   tabs.open(0);
   robots[robotSwitch.chosen]?.setTarget(position_R);
-  notify(`x, y and z of ${name} are the target.`);
+  notify(`The target now has x, y and z of ${name}.`);
 };
-stage.append(
-  h(
-    'div',
-    {class: 'layers', role: 'group', 'aria-label': 'What the view shows'},
-    ...layerButtons.values(),
-    button('First view', () => view.goHome(), {title: 'Back to the first view (h)'}),
-    ...pictureButtons(view, 'aprsim')
-  ),
-  pick.element
-);
+const start = new StartCard(state, access, programs, () => {
+  tabs.open(kTrials);
+  runCard.element.scrollIntoView();
+});
+if (view.draws)
+  stage.append(
+    h(
+      'div',
+      {class: 'layers', role: 'group', 'aria-label': 'Content of the view'},
+      ...layerButtons.values(),
+      button('Initial view', () => view.goHome(), {title: 'Back to the initial view (h)'}),
+      ...pictureButtons(view, 'aprsim')
+    )
+  );
+stage.append(pick.element, start.element);
 
 state.cellChanged.on((cell) => {
   robots = cell.robots.map((robot, i) => new RobotPanel(state, access, jog, view, robot, i));
-  robotsPanel.replaceChildren(jog.element, unitChoice(), ...robots.map((panel) => panel.element));
+  robotsPanel.replaceChildren(jog.element, ...robots.map((panel) => panel.element));
   showChosen();
   access.prune();
 });
@@ -224,18 +223,19 @@ state.accessChanged.on(() => {
   }
 });
 state.snapshotChanged.on((snapshot) => {
-  if (instance && instance !== snapshot.instanceId) notify('The daemon has been started anew.');
+  if (instance && instance !== snapshot.instanceId) notify('The daemon has been restarted.');
   instance = snapshot.instanceId;
 });
 
 const historyLine = new HistoryLine(state, access);
+charts.onMoment = (epoch, time_s) => historyLine.goTo(epoch, time_s);
 state.pastChanged.on(() => view.clearTrails());
 
 const offline = h('div', {class: 'offline-note', role: 'alert', 'data-testid': 'offline'});
 state.accessChanged.on(() => {
-  const old = state.snapshot ? ' What you see is old.' : '';
+  const old = state.snapshot ? ' The page shows the last known state.' : '';
   if (!state.connected)
-    text(offline, `${state.refusal || 'No connection to the daemon.'} Trying again.${old}`);
+    text(offline, `${state.refusal || 'No connection to the daemon.'} Reconnecting.${old}`);
 });
 document
   .getElementById('app')!

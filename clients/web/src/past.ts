@@ -1,10 +1,10 @@
+import type {Connection} from './connection';
 import type {HistorySpan, Moment, PastSnapshot} from './protocol';
-import type {State} from './state';
 
 /** A moment: after a step of an epoch. */
 export type When = Pick<Moment, 'epoch' | 'step'>;
 
-/** All moments that are kept as one line of numbers, from 0, a step each. */
+/** All kept moments as one line of numbers from 0, one a step. */
 export class MomentLine {
   constructor(private readonly spans: HistorySpan[]) {}
 
@@ -26,7 +26,7 @@ export class MomentLine {
     return null;
   }
 
-  /** Null for a moment that is not kept. */
+  /** Number of a moment; null where it is not kept. */
   placeOf({epoch, step}: When): number | null {
     let before = 0;
     for (const span of this.spans) {
@@ -49,23 +49,38 @@ export class MomentLine {
   }
 }
 
-/** Asks for moments of the past, one at a time; of those asked for meanwhile the last one is next. */
+/** A request for a moment; `use` receives null where the daemon cannot give it. */
+export interface PastQuery {
+  moment: When;
+  use: (past: PastSnapshot | null) => void;
+}
+
+const kBackgroundPause_ms = 15;
+
+/**
+ * Reads moments of the past, one at a time: the daemon answers one query of a viewer at a time and
+ * drops others. A newer query replaces one that waits. Background queries are made in between.
+ */
 export class PastReader {
+  onProblem: (message: string) => void = () => {};
+  /** Supplies the next background query; null = none. Call `wake` when there is one again. */
+  background: () => PastQuery | null = () => null;
   private busy = false;
   private wanted: {moment: When; use: (past: PastSnapshot) => void} | null = null;
   private turn = 0; // counts leave()
 
-  constructor(
-    private readonly state: State,
-    private readonly onProblem: (message: string) => void
-  ) {}
+  constructor(private readonly connection: Connection) {}
 
   ask(moment: When, use: (past: PastSnapshot) => void): void {
     this.wanted = {moment, use};
-    if (!this.busy) void this.next();
+    this.wake();
   }
 
-  /** What is on its way is not wanted any more. */
+  wake(): void {
+    if (!this.busy) void this.run();
+  }
+
+  /** Discards the query that waits and the answer of the one under way. */
   leave(): void {
     ++this.turn;
     this.wanted = null;
@@ -75,22 +90,36 @@ export class PastReader {
     return !this.busy && !this.wanted;
   }
 
-  private async next(): Promise<void> {
+  private async run(): Promise<void> {
     this.busy = true;
-    while (this.wanted) {
-      const {moment, use} = this.wanted,
-        turn = this.turn;
+    for (;;) {
+      const {wanted, turn} = this;
       this.wanted = null;
-      try {
-        const past = await this.state.connection.ask(
-          {case: 'past', value: {epoch: moment.epoch, step: moment.step}},
-          20000
-        );
-        if (past?.snapshot && turn === this.turn) use(past);
-      } catch (problem) {
-        if (turn === this.turn) this.onProblem((problem as Error).message);
+      if (wanted) {
+        const past = await this.read(wanted.moment, (message) => {
+          if (turn === this.turn) this.onProblem(message);
+        });
+        if (past && turn === this.turn) wanted.use(past);
+        continue;
       }
+      const query = this.background();
+      if (!query) break;
+      query.use(await this.read(query.moment, () => {}));
+      if (!this.wanted) await new Promise((go) => window.setTimeout(go, kBackgroundPause_ms));
     }
     this.busy = false;
+  }
+
+  private async read(
+    {epoch, step}: When,
+    onProblem: (message: string) => void
+  ): Promise<PastSnapshot | null> {
+    try {
+      const past = await this.connection.ask({case: 'past', value: {epoch, step}}, 20000);
+      return past?.snapshot ? past : null;
+    } catch (problem) {
+      onProblem((problem as Error).message);
+      return null;
+    }
   }
 }

@@ -1,4 +1,4 @@
-// The messages that the page and the daemon exchange, under short names.
+// Messages between page and daemon, under short names.
 export type {
   CellDescription,
   BodyDescription,

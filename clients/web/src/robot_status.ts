@@ -1,4 +1,4 @@
-// What a robot is doing, in the words that every part of the page uses.
+// State of a robot, in words for all parts of the page.
 import {ActionState, type RobotState} from './protocol';
 
 export const kNotReady = 'The robot is not ready: make it ready first.';
@@ -6,7 +6,7 @@ export const kNotReady = 'The robot is not ready: make it ready first.';
 export interface RobotStatus {
   text: string;
   look: '' | 'good' | 'busy' | 'held' | 'bad';
-  /** It has been stopped and stays so: by a fault, until it is made ready, or with its drives off. */
+  /** The robot is stopped: by a fault, until it is made ready, or with its drives off. */
   stopped: '' | 'fault' | 'drives off';
 }
 

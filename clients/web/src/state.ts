@@ -1,4 +1,5 @@
 import {Connection} from './connection';
+import {PastReader} from './past';
 import type {
   Bookmark,
   CellDescription,
@@ -29,22 +30,23 @@ export class Signal<T> {
   }
 }
 
-/** What the page knows of the cell, and who wants to hear of it. */
+/** The state of the cell as the page knows it, with signals of its changes. */
 export class State {
   readonly connection = new Connection();
+  readonly pastReader = new PastReader(this.connection);
   cell: CellDescription | null = null;
-  /** What is shown: the cell now, or as it was. */
+  /** Shown state: the present, or a moment of the past. */
   snapshot: Snapshot | null = null;
-  /** The cell now. */
+  /** Present state. */
   live: Snapshot | null = null;
-  /** Not null: what is shown is of the past. */
+  /** Shown moment of the past; null = the present is shown. */
   past: Snapshot | null = null;
   spans: HistorySpan[] = [];
   bookmarks: Bookmark[] = [];
   welcome: Welcome | null = null;
-  /** Of what is shown, as `cell` is. */
+  /** Appearance of the shown cell. */
   looks: CellLooks | null = null;
-  /** The cell now, whatever is shown. */
+  /** Description of the present cell, whatever is shown. */
   private present: {cell: CellDescription | null; looks: CellLooks | null} = {
     cell: null,
     looks: null
@@ -56,7 +58,7 @@ export class State {
   faultKinds: ListFaultKindsResponse | null = null;
   connected = false;
   retryIn_s = 0;
-  refusal = ''; // what the daemon says when it takes no further viewer
+  refusal = ''; // reason why the daemon accepts no further viewer
 
   readonly cellChanged = new Signal<CellDescription>();
   readonly snapshotChanged = new Signal<Snapshot>();
@@ -68,12 +70,10 @@ export class State {
   readonly faultKindsChanged = new Signal<ListFaultKindsResponse>();
   readonly spansChanged = new Signal<HistorySpan[]>();
   readonly bookmarksChanged = new Signal<Bookmark[]>();
-  /** Another moment of the past is shown, or the present again (null). */
+  /** A moment of the past is shown, or the present again (null). */
   readonly pastChanged = new Signal<Snapshot | null>();
-  /** A moment near the one that is shown has come, for charts. */
-  readonly pastRead = new Signal<Snapshot>();
   readonly wireEvents = new Signal<WireEvents>();
-  /** About ten times a second, for what people read. */
+  /** About ten times a second, for text. */
   readonly display = new Signal<Snapshot>();
 
   private watching = {rateHz: 30, crcl: false, modbus: false, registers: false, polls: false};
@@ -91,12 +91,12 @@ export class State {
     };
   }
 
-  /** Why commands are not possible; empty when they are. */
+  /** Reason why no command can be sent; empty where it can. */
   get lockedReason(): string {
-    return this.refusedReason || (this.past ? 'This is the past: go back to now first.' : '');
+    return this.refusedReason || (this.past ? 'The past is shown: return to now first.' : '');
   }
 
-  /** The same, whatever is shown. */
+  /** The same reason, regardless of the past. */
   get refusedReason(): string {
     if (!this.connected) return this.refusal || 'No connection to the daemon.';
     if (!this.permission) return 'Waiting for the daemon.';
@@ -109,7 +109,7 @@ export class State {
     if (!past && !this.past) return;
     const before = this.past;
     this.past = past;
-    // The scene may have been another one then.
+    // The scene may have been a different one.
     if (moment?.cell) this.turnTo(moment.cell, moment.looks ?? null);
     else this.turnTo(this.present.cell, this.present.looks);
     const shown = past ?? this.live;
@@ -118,7 +118,7 @@ export class State {
     if (!before !== !past) this.accessChanged.emit();
   }
 
-  /** Whether a moment is of the scene that is shown. */
+  /** Whether a moment belongs to the shown scene. */
   isOfSceneShown(moment: PastSnapshot): boolean {
     return isAlike(moment.cell ?? this.present.cell, this.cell);
   }
@@ -140,7 +140,7 @@ export class State {
     }
   }
 
-  /** Why what needs a role is not possible; empty when it is. */
+  /** Reason why this role is not given; empty where it is. */
   lacks(role: string): string {
     const roles = ['none', 'view', 'operate', 'inject', 'admin'];
     const has = this.permission?.role ?? 'none';
@@ -166,7 +166,7 @@ export class State {
         break;
       case 'permission':
         this.permission = body.value;
-        // Before, it may have been refused.
+        // Without the permission it may have been refused.
         this.sendWatch();
         this.accessChanged.emit();
         break;
@@ -177,7 +177,7 @@ export class State {
         this.present.cell = this.cell = body.value;
         this.looks = this.present.looks;
         this.snapshot = this.live = null;
-        // What was looked at belongs to a cell that has begun anew since.
+        // The shown moment belongs to a cell that has been rebuilt.
         this.showPast(null);
         this.cellChanged.emit(body.value);
         break;
@@ -229,6 +229,12 @@ function isAlike(a: CellDescription | null, b: CellDescription | null): boolean 
       typeof value === 'bigint' ? String(value) : value
     );
   return things(a) === things(b);
+}
+
+/** Length of a step of the simulation [s]. */
+export function stepSize(cell: CellDescription | null): number {
+  const step = cell?.stepSize;
+  return step ? Number(step.seconds) + step.nanos * 1e-9 : 1e-3;
 }
 
 /** Simulated time [s]. */

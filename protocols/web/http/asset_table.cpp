@@ -37,11 +37,11 @@ std::optional<std::string> read(const fs::path& file) {
   return std::move(text).str();
 }
 
-/// FNV-1a: tells one build's file from another's.
-std::string etag_of(const std::string& body) {
+/// Entity tag by FNV-1a; `suffix` distinguishes the encodings of one file.
+std::string etag_of(const std::string& body, std::string_view suffix) {
   std::uint64_t hash = 0xcbf29ce484222325ULL;
   for (const char c : body) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
-  return fmt::format("\"{:016x}\"", hash);
+  return fmt::format("\"{:016x}{}\"", hash, suffix);
 }
 
 }  // namespace
@@ -70,7 +70,8 @@ Result<void> AssetTable::add_file(const std::string& path, const std::string& fi
 
 void AssetTable::add(const std::string& path, std::string type, std::string body) {
   Asset& asset = assets_[path];
-  asset.etag = etag_of(body);
+  asset.etag = etag_of(body, "");
+  asset.gzip_etag = etag_of(body, "-gzip");
   asset.type = std::move(type);
   asset.body = std::move(body);
 }

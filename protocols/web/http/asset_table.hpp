@@ -10,24 +10,25 @@ namespace aprsim::web {
 
 /// A file as it is served.
 struct Asset {
-  std::string type;  ///< Content-Type
-  std::string etag;  ///< quoted
+  std::string type;       ///< Content-Type
+  std::string etag;       ///< quoted, of the plain body
+  std::string gzip_etag;  ///< quoted, of the compressed body
   std::string body;
-  std::string gzip;  ///< the same compressed; empty = not
+  std::string gzip;  ///< compressed body; empty = none
 };
 
-/// All that the web listener serves, read once: a request can name an entry of this table and
-/// nothing else, so that no path leads out of it. Thread: any once filled.
+/// All files that the web listener serves, read once at the start. Requests select entries of this
+/// table only, so no path reaches another file. Thread: any, once filled.
 class AssetTable {
  public:
-  /// Adds the regular files of a directory by their names; NAME.gz goes with NAME, and index.html
-  /// is "/" as well. Other directories below are left alone. Errors: kNotFound.
+  /// Adds the regular files of a directory by name, without subdirectories. NAME.gz becomes the
+  /// compressed body of NAME; index.html is served as "/" too. Errors: kNotFound.
   [[nodiscard]] Result<void> add_directory(const std::string& directory);
   /// Adds one file. `path` begins with "/". Errors: kNotFound.
   [[nodiscard]] Result<void> add_file(const std::string& path, const std::string& file);
   void add(const std::string& path, std::string type, std::string body);
 
-  /// The asset of a request's target without its query; null when there is none.
+  /// Asset with this path; null where there is none.
   [[nodiscard]] const Asset* find(std::string_view path) const;
 
  private:

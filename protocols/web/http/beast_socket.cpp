@@ -62,7 +62,7 @@ class BeastSocket final : public WebSocket, public std::enable_shared_from_this<
     write_timer_.expires_after(kWriteTimeout);
     write_timer_.async_wait([self = weak_from_this()](const error_code& cancelled) {
       const auto socket = self.lock();
-      if (!cancelled && socket) socket->end("takes no messages");
+      if (!cancelled && socket) socket->end("write timeout");
     });
     stream_.async_write(boost::asio::buffer(*sending_),
                         [self = shared_from_this()](const error_code& error, std::size_t) {
@@ -112,7 +112,7 @@ class BeastSocket final : public WebSocket, public std::enable_shared_from_this<
     if (std::exchange(ended_, true)) return;
     write_timer_.cancel();
     beast::get_lowest_layer(stream_).close();
-    // The handlers may hold what holds this.
+    // The handlers may own objects that own this one.
     const Events events = std::exchange(events_, {});
     if (events.end) events.end(why);
   }

@@ -12,8 +12,8 @@
 
 namespace aprsim::web {
 
-/// Answers an upgrade request; `on_open` gets the socket once the handshake is out. `on_end` is
-/// called once when the connection is over, whether or not it opened.
+/// Accepts an upgrade request. `on_open` receives the socket after the handshake. `on_end` is
+/// called once when the connection has ended, even if it never opened.
 void accept_web_socket(WebStream stream,
                        boost::beast::http::request<boost::beast::http::empty_body> request,
                        std::function<void(std::shared_ptr<WebSocket>)> on_open,

@@ -19,7 +19,9 @@
 #include "protocols/access/call_roles.hpp"
 #include "protocols/net/limited_log.hpp"
 #include "protocols/web/http/beast_socket.hpp"
+#include "protocols/web/http/content_negotiation.hpp"
 #include "protocols/web/http/origin_check.hpp"
+#include "protocols/web/http/request_target.hpp"
 #include "world/base/rate_limit.hpp"
 
 namespace aprsim::web {
@@ -40,34 +42,49 @@ constexpr auto kGoodbyeTimeout = std::chrono::seconds(2);
 
 std::string_view view(beast::string_view text) { return {text.data(), text.size()}; }
 
-/// Nothing but our own files and this daemon's socket; no inline script or style.
-std::string content_policy(const std::string& host) {
-  return "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
-         "manifest-src 'self'; connect-src 'self' ws://" +
-         host + " wss://" + host + "; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+std::vector<std::string_view> values_of(const Request& request, http::field field) {
+  std::vector<std::string_view> values;
+  const auto [begin, end] = request.equal_range(field);
+  for (auto line = begin; line != end; ++line) values.push_back(view(line->value()));
+  return values;
 }
 
-void set_security(Response& response, const std::string& host) {
-  if (!host.empty()) response.set("Content-Security-Policy", content_policy(host));
+/// All lines of one field as one list (RFC 9110, section 5.3).
+std::string list_of(const Request& request, http::field field) {
+  std::string list;
+  for (const std::string_view value : values_of(request, field)) {
+    if (!list.empty()) list += ", ";
+    list += value;
+  }
+  return list;
+}
+
+/// Permits the daemon's own files and WebSocket only; no inline script or style.
+std::string content_policy(const std::string& host) {
+  const std::string sockets = host.empty() ? "" : " ws://" + host + " wss://" + host;
+  return "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
+         "manifest-src 'self'; connect-src 'self'" +
+         sockets + "; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+}
+
+void set_security(Response& response) {
   response.set("X-Content-Type-Options", "nosniff");
   response.set("Referrer-Policy", "no-referrer");
   response.set("Cross-Origin-Opener-Policy", "same-origin");
   response.set("Cross-Origin-Resource-Policy", "same-origin");
-  // Asks the daemon each time; unchanged files answer with 304.
+  // The browser revalidates each time; unchanged files are answered with 304.
   response.set(http::field::cache_control, "no-cache");
 }
 
-/// Simulated time to go back, of "/incident?last=SECONDS".
-Result<std::chrono::nanoseconds> incident_span(std::string_view target) {
+/// Simulated time covered by "/incident?last=SECONDS"; 60 s without a query.
+Result<std::chrono::nanoseconds> incident_span(std::string_view query) {
   constexpr double kDefault_s = 60, kMax_s = 86'400;
   constexpr std::string_view kKey = "last=";
-  const std::size_t query = target.find('?');
   double last_s = kDefault_s;
-  if (query != std::string_view::npos) {
-    const std::string_view text = target.substr(query + 1);
-    const auto [end, error] = std::from_chars(text.data() + std::min(kKey.size(), text.size()),
-                                              text.data() + text.size(), last_s);
-    if (!text.starts_with(kKey) || error != std::errc() || end != text.data() + text.size() ||
+  if (!query.empty()) {
+    const auto [end, error] = std::from_chars(query.data() + std::min(kKey.size(), query.size()),
+                                              query.data() + query.size(), last_s);
+    if (!query.starts_with(kKey) || error != std::errc() || end != query.data() + query.size() ||
         !(last_s > 0 && last_s <= kMax_s)) {
       return fail(ErrorCode::kInvalidArgument, "last",
                   "expected last=SECONDS, above 0 and up to 86400");
@@ -135,7 +152,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
       return refuse(http::status::request_header_fields_too_large, "header too large", true);
     }
     if (error == http::error::body_limit || error == http::error::unexpected_body) {
-      return refuse(http::status::payload_too_large, "no body is taken", true);
+      return refuse(http::status::payload_too_large, "requests must not have a body", true);
     }
     if (error.category() == http::make_error_code(http::error::bad_value).category()) {
       return refuse(http::status::bad_request, error.message(), true);
@@ -150,29 +167,34 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
 
   void handle(Request request) {
     if (!context_.full.empty()) return reject();
-    const std::string host(view(request[http::field::host]));
-    if (!is_own_host(host, context_.hosts)) {
+    const auto target = read_target(view(request.target()), values_of(request, http::field::host),
+                                    request.version());
+    if (!target) return refuse(http::status::bad_request, target.error().message, true);
+    // Browsers, which DNS rebinding needs, always send HTTP/1.1 with a host.
+    if (!target->host.empty() && !is_own_host(target->host, context_.hosts)) {
       return refuse(http::status::misdirected_request,
-                    "unknown host; web.hosts in the configuration names further ones", true);
+                    "unknown host; add it to web.hosts in the configuration to allow it", true);
     }
-    std::string_view path = view(request.target());
-    path = path.substr(0, path.find_first_of("?#"));
-    if (path == "/ws") return open_socket(std::move(request), host);
+    if (target->path == "/ws") return open_socket(std::move(request), target->host);
     if (request.method() != http::verb::get && request.method() != http::verb::head) {
-      return refuse(http::status::method_not_allowed, "only GET and HEAD", true);
+      return refuse(http::status::method_not_allowed, "only GET and HEAD are supported", true);
     }
-    const auto live = context_.live.find(path);
-    if (path == "/incident" || live != context_.live.end()) {
-      if (const auto refusal = refusal_of(request, path)) return refuse_access(*refusal);
-      if (path == "/incident") return open_incident(request);
-      return send_live(request, live->second());
-    }
-    const Asset* asset = context_.assets->find(path);
-    if (!asset) return refuse(http::status::not_found, "no such file", !request.keep_alive());
-    send_asset(request, *asset, host);
+    respond(request, *target);
   }
 
-  /// The caller of a request, by the token that it comes with, if any.
+  void respond(const Request& request, const RequestTarget& target) {
+    const auto live = context_.live.find(target.path);
+    if (target.path == "/incident" || live != context_.live.end()) {
+      if (const auto refusal = refusal_of(request, target.path)) return refuse_access(*refusal);
+      if (target.path == "/incident") return open_incident(request, target.query);
+      return send_live(request, live->second());
+    }
+    const Asset* asset = context_.assets->find(target.path);
+    if (!asset) return refuse(http::status::not_found, "no such file", !request.keep_alive());
+    send_asset(request, *asset, target.host);
+  }
+
+  /// Caller of a request, identified by its bearer token or client certificate.
   protocols::Caller caller_of(const Request& request) {
     constexpr std::string_view kScheme = "Bearer ";
     protocols::Credentials credentials{.certificate = certificate_};
@@ -198,17 +220,18 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
 
   void open_socket(Request request, const std::string& host) {
     if (!is_same_origin(view(request[http::field::origin]), host)) {
-      spdlog::warn("web: refused {}: page of another origin", peer_);
-      return refuse(http::status::forbidden, "only this daemon's own page may connect", true);
+      spdlog::warn("web: refused {}: WebSocket opened by a page of another origin", peer_);
+      return refuse(http::status::forbidden, "only pages of this daemon may open its WebSocket",
+                    true);
     }
     auto slot = context_.take_viewer_slot();
     if (!slot) {
       return refuse(http::status::service_unavailable,
-                    "There are as many viewers as this daemon serves at once.", true);
+                    "The maximum number of viewers is connected.", true);
     }
-    // The page asks so for the reason of a refusal, which browsers do not tell it.
+    // The page sends a plain GET to learn why its WebSocket was refused; browsers hide the reason.
     if (!beast::websocket::is_upgrade(request)) {
-      return refuse(http::status::upgrade_required, "a WebSocket is spoken here", true);
+      return refuse(http::status::upgrade_required, "this path needs a WebSocket upgrade", true);
     }
     protocols::Caller caller = caller_of(request);
     note_answer(http::status::switching_protocols);
@@ -229,18 +252,19 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
 
   void send_asset(const Request& request, const Asset& asset, const std::string& host) {
     auto response = std::make_shared<Response>(http::status::ok, request.version());
-    set_security(*response, host);
-    response->set(http::field::etag, asset.etag);
+    set_security(*response);
+    response->set("Content-Security-Policy", content_policy(host));
+    const bool packed =
+        !asset.gzip.empty() && accepts_gzip(list_of(request, http::field::accept_encoding));
+    const std::string& etag = packed ? asset.gzip_etag : asset.etag;
+    response->set(http::field::etag, etag);
     response->set(http::field::content_type, asset.type);
     response->set(http::field::vary, "Accept-Encoding");
     response->keep_alive(request.keep_alive());
-    if (view(request[http::field::if_none_match]) == asset.etag) {
+    if (matches_etag(list_of(request, http::field::if_none_match), etag)) {
       response->result(http::status::not_modified);
       return send(std::move(response));
     }
-    const bool packed =
-        !asset.gzip.empty() &&
-        view(request[http::field::accept_encoding]).find("gzip") != std::string_view::npos;
     if (packed) response->set(http::field::content_encoding, "gzip");
     const std::string& body = packed ? asset.gzip : asset.body;
     if (request.method() == http::verb::get) response->body() = body;
@@ -250,7 +274,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
 
   void send_live(const Request& request, LivePage page) {
     auto response = std::make_shared<Response>(http::int_to_status(page.status), request.version());
-    set_security(*response, "");
+    set_security(*response);
     response->set(http::field::content_type, page.type);
     response->keep_alive(request.keep_alive());
     response->content_length(page.body.size());
@@ -258,13 +282,13 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     send(std::move(response));
   }
 
-  void open_incident(const Request& request) {
-    const auto last = incident_span(view(request.target()));
+  void open_incident(const Request& request, std::string_view query) {
+    const auto last = incident_span(query);
     if (!last) return refuse(http::status::bad_request, last.error().message, false);
     if (context_.incidents == nullptr) {
-      return refuse(http::status::not_found, "this daemon keeps nothing of its run", false);
+      return refuse(http::status::not_found, "this daemon records no incidents", false);
     }
-    // The answer comes from another thread. Work that is counted keeps the server's own until then.
+    // Another thread answers. Tracked work keeps the server's thread running until then.
     auto executor = boost::asio::prefer(stream_.get_executor(),
                                         boost::asio::execution::outstanding_work.tracked);
     const bool head = request.method() == http::verb::head, keep_alive = request.keep_alive();
@@ -285,7 +309,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
       return refuse(http::status::service_unavailable, incident.error().message, !keep_alive);
     }
     auto response = std::make_shared<Response>(http::status::ok, 11);
-    set_security(*response, "");
+    set_security(*response);
     response->set(http::field::content_type, "application/zstd");
     response->set(http::field::content_disposition,
                   "attachment; filename=\"" + incident->name + "\"");
@@ -294,7 +318,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     for (const auto& piece : incident->pieces) size += piece->size();
     response->content_length(size);
     note_answer(response->result());
-    // The header first; its body is that of the pieces.
+    // The header is written first; the pieces follow as its body.
     auto serializer = std::make_shared<http::response_serializer<http::string_body>>(*response);
     auto pieces = std::make_shared<protocols::Incident>(*std::move(incident));
     if (head) pieces->pieces.clear();
@@ -306,7 +330,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
                              });
   }
 
-  /// Each has its time: a client that takes none is left.
+  /// Each piece has its own deadline, so a client that stops reading is disconnected.
   void send_pieces(const std::shared_ptr<protocols::Incident>& incident, std::size_t next,
                    bool last) {
     if (next == incident->pieces.size()) return last ? shut_down() : read();
@@ -318,13 +342,28 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
         });
   }
 
+  /// Headers that RFC 9110 requires beside certain statuses.
+  static void add_remedy(Response& response) {
+    switch (response.result()) {
+      case http::status::unauthorized:
+        response.set(http::field::www_authenticate, "Bearer");
+        break;
+      case http::status::method_not_allowed:
+        response.set(http::field::allow, "GET, HEAD");
+        break;
+      case http::status::upgrade_required:
+        response.set(http::field::upgrade, "websocket");
+        break;
+      default:
+        break;
+    }
+  }
+
   void refuse(http::status status, const std::string& why, bool last) {
     auto response = std::make_shared<Response>(status, 11);
-    set_security(*response, "");
+    set_security(*response);
     response->set(http::field::content_type, "text/plain; charset=utf-8");
-    if (status == http::status::unauthorized) {
-      response->set(http::field::www_authenticate, "Bearer");
-    }
+    add_remedy(*response);
     response->body() = why + "\n";
     response->keep_alive(!last);
     response->prepare_payload();
@@ -333,7 +372,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
 
   void reject() {
     auto response = std::make_shared<Response>(http::status::service_unavailable, 11);
-    set_security(*response, "");
+    set_security(*response);
     response->set(http::field::content_type, "text/html; charset=utf-8");
     response->set(http::field::retry_after, "5");
     response->body() =
@@ -357,7 +396,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     note_answer(response->result());
     const bool last = response->need_eof() || !response->keep_alive();
     const auto& message = *response;
-    // A HEAD's answer and a 304 carry a length but no body: only their header goes out.
+    // Responses to HEAD and 304 carry a length but no body: write their header only.
     auto serializer = std::make_shared<http::response_serializer<http::string_body>>(message);
     const auto done = [self = shared_from_this(), response = std::move(response), serializer, last](
                           const error_code& error, std::size_t) {

@@ -19,7 +19,7 @@
 
 namespace aprsim::web {
 
-/// Present content of a page.
+/// Content of a page, generated on request.
 struct LivePage {
   unsigned status = 200;
   std::string type = "text/plain; charset=utf-8";
@@ -30,39 +30,38 @@ struct LivePage {
 struct HttpContext {
   std::shared_ptr<const AssetTable> assets;
   std::vector<std::string> hosts;   ///< names of this daemon besides numbers and localhost
-  double max_requests_per_s = 200;  ///< of one connection; then 429 and the end
-  /// A slot for another viewer, taken until it is destroyed; null when all are.
+  double max_requests_per_s = 200;  ///< per connection; above it, 429 and disconnection
+  /// Reserves a slot for a viewer until the result is destroyed; null where none is free.
   std::function<std::shared_ptr<void>()> take_viewer_slot;
-  /// Not empty: there is no room for this connection; whatever it asks for is answered with 503
-  /// and this sentence.
+  /// Not empty: the connection limit is reached, and every request is answered with 503 and this
+  /// sentence.
   std::string full;
-  /// Pages that are made when they are asked for, by path: status and text.
+  /// Pages that are generated on request, by path.
   std::map<std::string, std::function<LivePage()>, std::less<>> live;
-  /// Source of the file behind /incident; null = there is none.
+  /// Source of the file behind /incident; may be null.
   protocols::IncidentSource* incidents = nullptr;
   /// Takes over an upgraded connection.
   std::function<void(std::shared_ptr<WebSocket>, std::string peer, protocols::Caller caller)>
       on_viewer;
-  /// Permissions of callers; null where nothing needs a role.
+  /// Permissions of callers; null = no role is needed.
   std::shared_ptr<protocols::Access> access;
-  protocols::LimitedLog* refusals = nullptr;  ///< where they are told; may be null
-  std::shared_ptr<protocols::Tls> tls;        ///< null = nothing is encrypted
-  WebCounts* counts = nullptr;                ///< of what is asked for
+  protocols::LimitedLog* refusals = nullptr;  ///< log of refused requests; may be null
+  std::shared_ptr<protocols::Tls> tls;        ///< null = no encryption
+  WebCounts* counts = nullptr;                ///< statistics of requests
 };
 
-/// One connection that speaks HTTP: GET and HEAD of the asset table, of live pages and of
-/// /incident, and the upgrade of /ws to a WebSocket. Headers are limited to 8 KiB, bodies are
-/// refused.
+/// One HTTP connection: GET and HEAD of assets, live pages and /incident, and the upgrade of /ws to
+/// a WebSocket. Headers are limited to 8 KiB; request bodies are refused.
 class HttpSession {
  public:
   virtual ~HttpSession() = default;
-  /// Closes at once.
+  /// Closes the connection immediately.
   virtual void close() = 0;
 };
 
-/// Starts a session; `on_end` is called once when the TCP connection is over, the WebSocket that it
-/// may have become included. A viewer keeps its slot, an idle session may be evicted. The context
-/// must outlive it.
+/// Starts a session. `on_end` is called once, after the TCP connection has ended; for a session
+/// that became a WebSocket, after that has ended. Viewers keep their slot; idle sessions may be
+/// evicted. The context must outlive the session.
 std::shared_ptr<HttpSession> serve_http(boost::asio::ip::tcp::socket socket, std::string peer,
                                         const HttpContext& context,
                                         std::shared_ptr<protocols::ConnectionLimiter::Slot> slot,

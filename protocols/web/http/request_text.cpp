@@ -5,7 +5,7 @@
 namespace aprsim::web {
 namespace {
 
-/// Name of the field that is set of the message's only oneof; empty when none is.
+/// Name of the set field of the message's only oneof; empty where none is set.
 std::string choice_of(const google::protobuf::Message& message) {
   const auto* field = message.GetReflection()->GetOneofFieldDescriptor(
       message, message.GetDescriptor()->oneof_decl(0));
@@ -33,7 +33,7 @@ std::string json_of(const v1::ViewerRequest& request) {
   google::protobuf::util::JsonPrintOptions options;
   options.preserve_proto_field_names = true;
   std::string text;
-  // Fails for no message of ours; what there is of the text will do.
+  // Cannot fail for these messages; a partial text would do for the record.
   (void)google::protobuf::util::MessageToJsonString(request, &text, options);
   return text;
 }

@@ -9,9 +9,9 @@ namespace aprsim::web {
 
 /// Counts the requests to the web listener. Thread: the server's.
 struct WebCounts {
-  std::uint64_t requests = 0;  ///< over HTTP, and of pages over their WebSockets
+  std::uint64_t requests = 0;  ///< over HTTP and over WebSockets
   std::uint64_t failed = 0;    ///< answered with an error
-  std::uint64_t skipped = 0;   ///< snapshots that slow viewers did not get
+  std::uint64_t skipped = 0;   ///< snapshots dropped for slow viewers
   api::DurationHistogram answer_times;
 
   void answered(std::chrono::nanoseconds after, bool ok) {

@@ -9,14 +9,14 @@
 
 namespace aprsim::web {
 
-/// A browser's connection, encrypted or not. For use inside the listener; its header stays out of
-/// other headers. Thread: the server's.
+/// Connection of a browser, encrypted or not. Include this header in source files only. Thread: the
+/// server's.
 class WebStream : public protocols::TlsStream<boost::beast::tcp_stream> {
  public:
   using protocols::TlsStream<boost::beast::tcp_stream>::TlsStream;
 };
 
-// A WebSocket has said goodbye in its own words before it is torn down: no more of TLS is needed.
+// The closing handshake of the WebSocket came first, so TLS needs no shutdown of its own.
 
 inline void teardown(boost::beast::role_type role, WebStream& stream,
                      boost::system::error_code& error) {

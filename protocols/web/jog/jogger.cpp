@@ -12,11 +12,11 @@
 namespace aprsim::web {
 namespace {
 
-// A stretch that the robot refuses is tried again at half the length, down to the shortest.
+// A refused motion is retried at half its length, down to the shortest one.
 constexpr double kLongest_m = 0.4, kShortest_m = 5e-4;
 constexpr double kLongest_rad = 1.2, kShortest_rad = 2e-3;
 constexpr double kLongestStep_m = 0.1, kLongestStep_rad = 0.5;
-constexpr std::size_t kMostSteps = 20;  // that wait
+constexpr std::size_t kMostSteps = 20;  // waiting
 
 Eigen::Vector3d vector_of(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -34,13 +34,14 @@ bool at_rest(const api::RobotSnapshot& robot) {
   return !robot.moving && robot.action.state != api::ActionState::kWorking;
 }
 
-/// Highest speed of a joint, at which neither it nor the tool is too fast while the others rest.
+/// Highest speed of a joint at which neither the joint nor the tool exceeds its limit while the
+/// other joints rest.
 double joint_speed_rad_s(const api::JointDescription& joint, const api::JointSnapshot& now) {
   const double lever_m = std::max(now.tool_lever_m, kManualSpeed_m_s / kManualTurn_rad_s);
   return std::min(joint.max_speed_rad_s, kManualSpeed_m_s / lever_m);
 }
 
-/// Where the tool would be after a stretch of a jog.
+/// Pose of the tool after one motion of a jog.
 Pose ahead(const v1::JogTool& jog, const Pose& X_RT, double stretch) {
   Eigen::Vector3d axis_R = vector_of(jog.has_along() ? jog.along() : jog.about()).normalized();
   if (jog.in_tool_frame()) axis_R = X_RT.q * axis_R;
@@ -70,7 +71,7 @@ Result<void> Jogger::check(const v1::JogRequest& request, const api::Snapshot& s
     const double length = vector_of(tool.has_along() ? tool.along() : tool.about()).norm();
     if (!(std::abs(length - 1) < 1e-3)) {
       return fail(ErrorCode::kInvalidArgument, "axis",
-                  fmt::format("its length is {}, not 1", length));
+                  fmt::format("the axis has length {}, expected 1", length));
     }
   }
   const double longest = turns(request) ? kLongestStep_rad : kLongestStep_m;
@@ -80,7 +81,7 @@ Result<void> Jogger::check(const v1::JogRequest& request, const api::Snapshot& s
                             turns(request) ? "rad" : "m"));
   }
   if (request.direction_case() == v1::JogRequest::DIRECTION_NOT_SET) {
-    return fail(ErrorCode::kInvalidArgument, "direction", "none is given for the step");
+    return fail(ErrorCode::kInvalidArgument, "direction", "a step needs a direction");
   }
   return {};
 }
@@ -137,9 +138,9 @@ Result<void> Jogger::start(Jog jog, const api::Snapshot& snapshot) {
   first_ = ticket_ + 1;
   jog_->epoch = snapshot.epoch;
   stop_owed_ = false;
-  // A stop of ours, say, is on its way: tick() begins.
+  // The robot still moves, for example during a stop of the previous jog: tick() begins later.
   if (snapshot.applied < ticket_ || given_up_) return {};
-  // From rest, so that no other motion adds to its speed.
+  // Begin at rest, so that no other motion adds to the speed.
   Result<void> begun = check_ready(robot);
   if (begun) begun = at_rest(robot) ? begin(snapshot) : submit(api::StopMotion{});
   if (!begun) jog_.reset();
@@ -196,9 +197,9 @@ void Jogger::tick(const api::Snapshot& snapshot, Clock::time_point now) {
   if (!jog_) return;
   if (steps_.empty() && now >= jog_->expires) return stop("");
   if (snapshot.epoch != jog_->epoch || robot_in(snapshot, robot_).action.ticket > ticket_) {
-    if (!steps_.empty()) return finish("another command has taken the robot over");
+    if (!steps_.empty()) return finish("another command has taken over the robot");
     jog_->lost = true;
-    jog_->blocked = "another command has taken the robot over; let go first";
+    jog_->blocked = "another command has taken over the robot; release the button first";
   }
   if (snapshot.applied < ticket_ || !jog_->blocked.empty()) return;
   if (!jog_->begun) return begin_at_rest(snapshot);
@@ -206,7 +207,7 @@ void Jogger::tick(const api::Snapshot& snapshot, Clock::time_point now) {
   proceed_with_steps(snapshot);
 }
 
-/// Begins the next stretch, or a shorter one when the robot refuses this one.
+/// Begins the next motion, or a shorter one where the robot refuses it.
 void Jogger::proceed(const api::Snapshot& snapshot) {
   const api::RobotSnapshot& robot = robot_in(snapshot, robot_);
   const bool failed = robot.action.state == api::ActionState::kError;
@@ -217,7 +218,7 @@ void Jogger::proceed(const api::Snapshot& snapshot) {
   }
   if (!at_rest(robot)) return;
   if (jog_->wanted.has_joint()) {
-    jog_->blocked = "the joint is at the end of its range";
+    jog_->blocked = "the joint is at its limit";
     return;
   }
   const bool turning = turns(jog_->wanted);
@@ -225,7 +226,7 @@ void Jogger::proceed(const api::Snapshot& snapshot) {
     jog_->stretch /= 2;
     const bool shortest = jog_->stretch < (turning ? kShortest_rad : kShortest_m);
     if (shortest) jog_->blocked = robot.action.description;
-    // A refused stretch is no fault of the robot: it is ready again.
+    // A refused motion is not a fault of the robot: make it ready again.
     const auto ready = submit(api::InitRobot{});
     if (shortest || !ready) return;
   } else {
@@ -234,12 +235,12 @@ void Jogger::proceed(const api::Snapshot& snapshot) {
   if (const auto moved = move_tool(snapshot); !moved) jog_->blocked = moved.error().message;
 }
 
-/// Answers the step that has ended and begins the next one.
+/// Answers the ended step and begins the next one.
 void Jogger::proceed_with_steps(const api::Snapshot& snapshot) {
   const api::RobotSnapshot& robot = robot_in(snapshot, robot_);
   if (robot.action.state == api::ActionState::kError) {
     const std::string why = robot.action.description;
-    // A step that is refused is no fault of the robot.
+    // A refused step is not a fault of the robot.
     if (!robot.protective_stop && !robot.moving) (void)submit(api::InitRobot{});
     return finish(why);
   }
@@ -264,18 +265,18 @@ void Jogger::stop(const std::string& why) {
   const bool lost = jog_ && jog_->lost;
   const bool refusable = jog_ && jog_->begun && jog_->wanted.has_tool();
   const std::uint64_t epoch = jog_ ? jog_->epoch : 0;
-  finish("The step was given up: " + why);
+  finish("The step was cancelled: " + why);
   if (lost) return;
   stop_owed_ = !submit(api::StopMotion{});
   if (refusable) given_up_ = epoch;
 }
 
 void Jogger::forgive_refusal(const api::Snapshot& snapshot) {
-  // Once it is stopped it refuses nothing more.
+  // After the stop it cannot refuse a motion.
   if (!given_up_ || stop_owed_ || snapshot.applied < ticket_) return;
   const api::RobotSnapshot& robot = robot_in(snapshot, robot_);
   const bool ours = snapshot.epoch == *given_up_ && robot.action.ticket <= ticket_;
-  // Else the robot itself is at fault.
+  // Any other error is a fault of the robot.
   const bool refused =
       robot.action.state == api::ActionState::kError && !robot.protective_stop && robot.drives_on;
   if (ours && refused && !submit(api::InitRobot{})) return;

@@ -5,12 +5,12 @@
 #include "world/api/commands/motion_command.hpp"
 #include "world/base/result.hpp"
 
-/// Limits of a person at the pendant, as in mode T1 of a real controller.
+/// Speed limits of manual operation, as in mode T1 of a real controller.
 namespace aprsim::web {
 
 /// Reduced speed of ISO 10218-1, 5.7.3, at the tool.
 inline constexpr double kManualSpeed_m_s = 0.25;
-/// So fast a point turns that is 0.25 m away from the tool point and keeps to that speed.
+/// Angular speed at which a point 0.25 m from the tool point has that speed.
 inline constexpr double kManualTurn_rad_s = 1;
 
 /// A share of these speeds as the limits of one move. Field: "speed".

@@ -5,7 +5,7 @@
 
 namespace aprsim::web {
 
-/// The one sentence for a robot that a page cannot move yet; kFailedPrecondition.
+/// Error for a robot that is not ready to be moved; kFailedPrecondition.
 [[nodiscard]] inline Result<void> check_ready(const api::RobotSnapshot& robot) {
   if (robot.initialized) return {};
   std::string message = "The robot is not ready: make it ready first.";

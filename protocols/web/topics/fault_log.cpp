@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kMaxMessage = 300;
 
-/// The text with each number as "#".
+/// Replaces each number in the text by "#".
 std::string without_numbers(const std::string& text) {
   std::string out;
   bool number = false;
@@ -62,7 +62,7 @@ void FaultLog::look(const api::SnapshotPtr& now, const std::string& problem,
 void FaultLog::look_at_epoch(const api::Snapshot& before, const api::Snapshot& now) {
   if (before.epoch == now.epoch) return;
   if (now.loaded_state) {
-    add({FaultSeverity::kNote, "cell", "went on from the saved state '" + *now.loaded_state + "'",
+    add({FaultSeverity::kNote, "cell", "continued from the saved state '" + *now.loaded_state + "'",
          "load " + *now.loaded_state});
   } else {
     add({FaultSeverity::kNote, "cell", "reset"});
@@ -87,7 +87,7 @@ void FaultLog::look_at_robot(int index, const api::Snapshot& before, const api::
          .holds = true});
   } else if (failed(robot) && another && !robot.protective_stop &&
              !(expected && expected(index, robot.action.ticket))) {
-    clear(name, FaultSeverity::kError);  // the latest error stands for the robot
+    clear(name, FaultSeverity::kError);  // a robot has one error at a time, the latest
     add({.severity = FaultSeverity::kError, .source = name, .message = why, .holds = true});
   } else if (failed(old) && !failed(robot) && before.epoch == now.epoch &&
              !(expected && expected(index, old.action.ticket))) {
@@ -99,7 +99,7 @@ void FaultLog::look_at_robot(int index, const api::Snapshot& before, const api::
     const bool known = old.gripper.held_body >= 0 && body < before.cell->bodies.size();
     add({FaultSeverity::kError, name,
          fmt::format("lost {} from the closed gripper",
-                     known ? before.cell->bodies[body].name : "what it held")});
+                     known ? before.cell->bodies[body].name : "an unknown part")});
   }
 }
 
@@ -150,7 +150,7 @@ void FaultLog::look_at_pace(const api::Snapshot& before, const api::Snapshot& no
     add({FaultSeverity::kNote, "cell",
          fmt::format("{} steps given up in all: the machine is too slow", missed_steps_)});
   }
-  // A fault of the world stands in the list already.
+  // A fault of the world is in the list already.
   const std::string other = now.world_fault.empty() ? problem : "";
   if (other.empty()) {
     clear("simulation", FaultSeverity::kWarning);

@@ -12,7 +12,7 @@
 
 namespace aprsim::web {
 
-/// From the least to the most important; web.proto says what each is for.
+/// In rising order; web.proto describes each.
 enum class FaultSeverity : std::uint8_t { kNote, kWarning, kError, kStop };
 
 struct FaultTime {
@@ -21,30 +21,31 @@ struct FaultTime {
   std::chrono::system_clock::time_point wall;
 };
 
-/// All that happened to one thing for one cause.
+/// All occurrences of one cause at one source.
 struct Fault {
   std::uint64_t id = 0;
   FaultSeverity severity = FaultSeverity::kNote;
   std::string source;   ///< a robot's name, "belt", "physics", "simulation" or "cell"
-  std::string message;  ///< as it was the last time
+  std::string message;  ///< of the last occurrence
   std::uint64_t count = 0;
   FaultTime first, last;
-  bool holds = false;  ///< nobody has cleared it
+  bool holds = false;  ///< not cleared
 };
 
-/// Faults of the cell, one entry a cause, by the differences between the snapshots that it is
-/// shown. Causes are the same when their texts differ in numbers only. Bounded: of entries that
-/// do not hold, the least important and oldest go first. Thread: one at a time.
+/// Faults of the cell, one entry a cause, found by comparing successive snapshots. Texts that
+/// differ in numbers only have the same cause. Bounded: among entries that do not hold, the least
+/// severe and oldest are dropped first. Thread: one at a time.
 class FaultLog {
  public:
   static constexpr std::size_t kMaxFaults = 200;
-  static constexpr std::uint64_t kFewMissedSteps = 50;  ///< between two snapshots: no fault
-  /// Whether an error of this robot about this command is no fault of the cell.
+  static constexpr std::uint64_t kFewMissedSteps = 50;  ///< between two snapshots, without a fault
+  /// Whether an error of this robot at this command is not a fault of the cell.
   using Expected = std::function<bool(int robot, api::Ticket ticket)>;
 
   explicit FaultLog(api::SnapshotPtr first) : before_(std::move(first)) {}
 
-  /// `problem`: SnapshotSource::problem(). Call it for every snapshot, or as often as can be.
+  /// Compares with the previous snapshot; call it for as many as possible. `problem`:
+  /// SnapshotSource::problem().
   void look(const api::SnapshotPtr& now, const std::string& problem,
             std::chrono::system_clock::time_point wall, const Expected& expected = {});
 
@@ -75,8 +76,8 @@ class FaultLog {
   std::string problem_;
   FaultTime now_;
   std::vector<Fault> faults_;
-  std::vector<std::string> causes_;  // of each
-  std::uint64_t missed_steps_ = 0;   // in all
+  std::vector<std::string> causes_;  // of each entry
+  std::uint64_t missed_steps_ = 0;   // total
   std::uint64_t last_id_ = 0, discarded_ = 0, revision_ = 0;
 };
 

@@ -39,7 +39,7 @@ std::uint32_t value_of(const modbus::RegisterInfo& info, std::uint16_t address,
   return info.words() == 1 ? high : (high << 16) | words[at + 1];
 }
 
-/// Calls `visit` with each register, its address and its place in a row, -1 when it stands alone.
+/// Calls `visit` with each register, its address and its index in an array, -1 for a single one.
 template <typename Visit>
 void for_each_register(int beams, const Visit& visit) {
   for (const modbus::RegisterInfo& info : modbus::register_map()) {

@@ -10,9 +10,9 @@
 /// The PLC's documented registers as messages of aprsim.v1.
 namespace aprsim::web {
 
-/// Registers that stand in a row, one for each beam of a light curtain: the first `beams` only.
+/// Descriptions of the registers; of those for the beams of a light curtain, the first `beams`.
 void write_message(const modbus::ConveyorScaling& scaling, int beams, v1::RegisterMap& message);
-/// In the same order.
+/// Values in the same order.
 void write_message(const modbus::RegisterImage& image, int beams, v1::RegisterValues& message);
 
 /// A write of one register or coil, with the bytes that the device's request refers to.

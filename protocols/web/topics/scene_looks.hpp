@@ -9,15 +9,15 @@
 
 namespace aprsim::web {
 
-/// Whether both are described by the same scene, with what was changed of it.
+/// Whether both cells have the same scene, edits included.
 [[nodiscard]] bool same_scene(const api::CellDescription& a, const api::CellDescription& b);
 
-/// The looks of a cell, worked out anew when its scene is another one than before.
+/// Appearance of a cell, recomputed when its scene changes.
 class SceneLooks {
  public:
   using Describe = std::function<VisualDescription(const api::CellDescription&)>;
 
-  /// Whether they are others than the last time.
+  /// Returns whether it has changed since the last call.
   bool follow(const api::CellDescription& cell, const Describe& describe);
   [[nodiscard]] const v1::CellLooks& message() const { return message_; }
 

@@ -11,42 +11,42 @@
 
 namespace aprsim::web {
 
-/// Everything that a topic may know of a viewer.
+/// Properties of a viewer that topics may use.
 struct Audience {
   const v1::Watch& watch;
-  bool snapshot_due = false;  ///< it gets a snapshot of the cell at this tick
-  bool idle = false;          ///< nothing that must arrive waits for it
+  bool snapshot_due = false;  ///< it receives a snapshot at this tick
+  bool idle = false;          ///< no message that must arrive is waiting
   std::uint64_t skipped_snapshots = 0;
 };
 
-/// One subject that viewers are kept up to date on. A viewer gets its message when the subject has
-/// another revision than the one that the viewer has. Thread: the server's.
+/// One subject of which viewers receive updates. A viewer receives a message when its revision of
+/// the subject is outdated. Thread: the server's.
 struct Topic {
   using Clock = std::chrono::steady_clock;
   using Revision = std::uint64_t;
   enum class Delivery {
-    kMust,     ///< arrives; a viewer that leaves too many waiting is closed
-    kIfQuick,  ///< waits for its next round where much waits for the viewer
-    kLatest,   ///< takes the place of one that still waits
+    kMust,     ///< must arrive; a viewer that lets too many wait is closed
+    kIfQuick,  ///< skips this round while other messages wait
+    kLatest,   ///< replaces an earlier one that still waits
   };
 
   std::string name;
   Clock::duration period{};                       ///< between rounds; 0 = each tick is one
-  bool first_at_once = false;                     ///< a new viewer does not wait for a round
-  protocols::Role role = protocols::Role::kView;  ///< that a viewer needs
+  bool first_at_once = false;                     ///< new viewers receive it immediately
+  protocols::Role role = protocols::Role::kView;  ///< needed role
   Delivery delivery = Delivery::kIfQuick;
-  /// Whether a viewer gets it now; null = yes.
+  /// Whether a viewer receives it now; null = always.
   std::function<bool(const Audience&)> wanted = {};
-  /// Present revision, asked once a round; null = each round has its own.
+  /// Current revision, read once a round; null = each round is a new revision.
   std::function<Revision()> revision = {};
-  // One of both:
-  /// Writes the message of a round, the same for all viewers. The message is empty.
+  // Exactly one of these is set:
+  /// Writes the common message of a round into an empty message.
   std::function<void(v1::ViewerUpdate&)> write = {};
-  /// Writes a message of the viewer's own, after the revision that it has. Returns the revision
-  /// that it has then. A message that stays empty is not sent.
+  /// Writes a message for one viewer, with everything after its revision. Returns the new revision.
+  /// An empty message is not sent.
   std::function<Revision(const Audience&, std::optional<Revision>, v1::ViewerUpdate&)> write_own =
       {};
-  /// A viewer misses a message for a later one; null = nobody counts it.
+  /// Called when a message is replaced by a later one; may be null.
   std::function<void()> on_skipped = {};
 };
 

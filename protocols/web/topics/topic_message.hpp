@@ -8,10 +8,10 @@
 #include "protocols/web/topics/fault_log.hpp"
 #include "world/api/snapshot/snapshot.hpp"
 
-/// Messages about cell, wires, faults and programs, field for field. They must be empty.
+/// Copy cell, wires, faults and programs into messages, which must be empty.
 namespace aprsim::web {
 
-/// Without names and types of bodies: the descriptions have them, in the same order.
+/// Omits names and types of bodies, which the description has in the same order.
 void write_without_names(const api::Snapshot& snapshot, const std::string& instance_id,
                          v1::Snapshot& message);
 void write_message(const protocols::WireEvent& event, v1::WireEvent& message);

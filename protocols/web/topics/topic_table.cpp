@@ -16,7 +16,7 @@ using Delivery = Topic::Delivery;
 
 constexpr std::size_t kEventBytesPerTick = std::size_t{96} << 10;
 
-/// Counts the objects that it is shown, one after the other.
+/// Assigns increasing numbers to successive objects.
 template <typename T>
 class Counted {
  public:
@@ -33,7 +33,7 @@ class Counted {
 
 bool snapshot_due(const Audience& viewer) { return viewer.snapshot_due; }
 
-/// Before the cell, where they are others than those that the viewer has.
+/// Sent before the cell, where they differ from the viewer's.
 Topic looks(const TopicSources& sources) {
   struct State {
     SceneLooks looks;
@@ -156,8 +156,8 @@ Topic bookmarks(const TopicSources& sources) {
               }};
 }
 
-/// A viewer gets the next events when it has taken those before: a slow one, or one that catches up
-/// with what was kept, has no more than one message waiting. The revision is the next event.
+/// A viewer receives the next events once it has received the previous ones, so that at most one
+/// message waits for it. The revision is the number of the next event.
 Topic wire_events(protocols::WireTap& tap, const char* wire, bool (v1::Watch::*watched)() const) {
   return {
       .name = wire,
@@ -183,7 +183,7 @@ Topic wire_events(protocols::WireTap& tap, const char* wire, bool (v1::Watch::*w
 
 std::shared_ptr<const ProgramStatus> no_programs() {
   static const auto none = std::make_shared<const ProgramStatus>(
-      ProgramStatus{.refusal = "This daemon starts no programs (web.programs)."});
+      ProgramStatus{.refusal = "This daemon starts no programs (web.programs is false)."});
   return none;
 }
 

@@ -20,11 +20,11 @@ namespace aprsim::web {
 /// Status where no programs can be started.
 [[nodiscard]] std::shared_ptr<const ProgramStatus> no_programs();
 
-/// Everything that topics tell viewers of. The objects outlive the topics; null = there is none.
+/// Sources of all topics. The objects must outlive the topics; null = absent.
 struct TopicSources {
   std::string instance_id;
   int beams = 0;                     ///< of the light curtain
-  api::SnapshotPtr now;              ///< of the tick; set before each
+  api::SnapshotPtr now;              ///< snapshot of the tick; set before each one
   const FaultLog* faults;            ///< never null
   conveyor::ConveyorDevice* device;  ///< never null
   api::History* history = nullptr;
@@ -36,7 +36,7 @@ struct TopicSources {
   std::function<void()> on_skipped_snapshot;
 };
 
-/// All topics, in the order in which viewers get them. They refer to the sources.
+/// All topics in the order of sending. They refer to the sources.
 [[nodiscard]] std::vector<Topic> all_topics(const TopicSources& sources);
 
 }  // namespace aprsim::web

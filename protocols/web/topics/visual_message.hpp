@@ -5,7 +5,7 @@
 
 namespace aprsim::web {
 
-/// Field for field. The message must be empty.
+/// Copies each field into a message, which must be empty.
 void write_message(const VisualDescription& visual, v1::CellLooks& message);
 
 }  // namespace aprsim::web

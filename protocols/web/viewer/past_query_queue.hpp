@@ -11,15 +11,15 @@
 
 namespace aprsim::web {
 
-/// Where viewers ask for moments of the past: of each one is worked out at a time, and of those
-/// that it asks for meanwhile the last one is next. Thread: the server's.
+/// Queue of queries for moments of the past. One query of each viewer is processed at a time; a
+/// newer query replaces the one that waits. Thread: the server's.
 class PastQueryQueue {
  public:
   struct Query {
     std::uint64_t viewer = 0;
     std::uint32_t request = 0;
     api::Moment moment;
-    bool resume = false;  ///< the cell is to be put back there; such a one is never left out
+    bool resume = false;  ///< return the cell to this moment; never replaced
   };
   struct Answer {
     Query query;
@@ -34,7 +34,7 @@ class PastQueryQueue {
   void forget(std::uint64_t viewer) { waiting_.erase(viewer); }
 
  private:
-  /// Outlives the queue while an answer is on its way.
+  /// Outlives the queue while an answer is pending.
   struct Mailbox {
     std::mutex mutex;
     std::vector<Answer> answers;
@@ -43,7 +43,7 @@ class PastQueryQueue {
 
   api::History* history_;
   std::shared_ptr<Mailbox> mailbox_ = std::make_shared<Mailbox>();
-  /// The next query of each viewer with one on its way.
+  /// Waiting query of each viewer whose previous query is pending.
   std::map<std::uint64_t, std::optional<Query>> waiting_;
 };
 

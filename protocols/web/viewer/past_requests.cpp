@@ -13,7 +13,7 @@ std::optional<Result<void>> PastRequests::execute(const Viewer& viewer,
   if (!concerned) return std::nullopt;
   if (options_.history == nullptr) {
     return fail(ErrorCode::kFailedPrecondition, "past",
-                "this daemon keeps no past (history.minutes is 0)");
+                "this daemon keeps no history (history.minutes is 0)");
   }
   if (request.has_past()) {
     queries_.add({viewer.id(), request.id(), protocols::to_moment(request.past())});

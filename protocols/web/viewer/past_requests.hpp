@@ -11,21 +11,21 @@
 
 namespace aprsim::web {
 
-/// Requests of viewers about the past: moments to look at, or to go back to, and bookmarks.
+/// Viewers' requests about the past: queries for moments, returns to a moment, bookmarks.
 /// Thread: the server's.
 class PastRequests {
  public:
-  /// Both outlive it.
+  /// Both must outlive this object.
   PastRequests(const WebServerOptions& options, const std::string& instance_id)
       : options_(options), instance_id_(instance_id), queries_(options.history) {}
 
-  /// Executes a request about the past, which is answered later unless it is about a bookmark.
-  /// Absent = it is about something else. Error: kFailedPrecondition where no past is kept.
+  /// Executes a request about the past; all but those about bookmarks are answered later. Absent =
+  /// another kind of request. Error: kFailedPrecondition where no history is kept.
   [[nodiscard]] std::optional<Result<void>> execute(const Viewer& viewer,
                                                     const v1::ViewerRequest& request);
   using Answer = PastQueryQueue::Answer;
   [[nodiscard]] std::vector<Answer> take_answers() { return queries_.take_answers(); }
-  /// Writes a moment that was asked for; `present` is the cell's description now.
+  /// Writes a requested moment; `present` is the current description of the cell.
   void write(const Answer& answer, const api::CellDescription& present, v1::PastSnapshot& message);
   void forget(std::uint64_t viewer) { queries_.forget(viewer); }
 

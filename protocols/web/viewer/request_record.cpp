@@ -9,7 +9,7 @@
 namespace aprsim::web {
 namespace {
 
-/// Whether a jog is renewed as it was: that happens all the time, and is recorded once.
+/// Whether a request renews an unchanged jog, which is recorded once only.
 bool is_repeated_jog(Viewer& viewer, const v1::ViewerRequest& request, const std::string& state) {
   if (!request.has_jog()) return false;
   std::string jog = request.jog().SerializeAsString() + state;

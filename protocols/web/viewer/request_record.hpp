@@ -7,11 +7,11 @@
 
 namespace aprsim::web {
 
-/// Name of what is asked for, as the protocol has it; empty = it is unknown here.
+/// Name of the request in the protocol; empty = unknown.
 [[nodiscard]] std::string kind_of(const v1::ViewerRequest& request);
 
-/// Records what viewers ask of the cell, and whether it was taken: in the trace, in the audit,
-/// among the commands of the wires, and as a rejection. Thread: the server's.
+/// Records a viewer's request and its outcome in the trace, the audit and the list of commands;
+/// also the rejection of a refused one. Thread: the server's.
 void record(const WebServerOptions& options, const api::CellDescription& cell, Viewer& viewer,
             const v1::ViewerRequest& request, const Result<void>& done);
 

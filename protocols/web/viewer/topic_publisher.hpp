@@ -10,15 +10,15 @@
 
 namespace aprsim::web {
 
-/// Sends each viewer the topics that it has not seen in their present revision. A message that is
-/// the same for all is built once a round, and only if somebody gets it. Thread: the server's.
+/// Sends each viewer the topics whose revision has changed since its last message. A message common
+/// to all viewers is built once a round, and only if it is sent. Thread: the server's.
 class TopicPublisher {
  public:
   using Clock = Topic::Clock;
 
   explicit TopicPublisher(std::vector<Topic> topics);
 
-  /// Publishes what is due; call it at each tick.
+  /// Publishes the topics that are due. Call it at each tick.
   void publish(const std::vector<std::shared_ptr<Viewer>>& viewers, Clock::time_point now);
 
  private:
@@ -29,20 +29,20 @@ class TopicPublisher {
   };
   /// One topic at one tick.
   struct Round {
-    bool due = false;  ///< for viewers that have some revision already
+    bool due = false;  ///< for viewers that have received the topic before
     std::optional<Topic::Revision> revision;
-    WebMessage message;  ///< once it has been built
+    WebMessage message;  ///< null until it is built
   };
 
   void publish(Entry& entry, const std::vector<std::shared_ptr<Viewer>>& viewers,
                Clock::time_point now);
   void send(const Entry& entry, Round& round, Viewer& viewer);
   void send_own(const Entry& entry, Viewer& viewer);
-  /// Whether it was sent.
+  /// Returns whether it was sent.
   bool deliver(const Entry& entry, Viewer& viewer, const WebMessage& message);
 
   std::vector<Entry> entries_;
-  v1::ViewerUpdate update_;  // keeps its memory from message to message
+  v1::ViewerUpdate update_;  // reused, so that its memory is allocated once
 };
 
 }  // namespace aprsim::web

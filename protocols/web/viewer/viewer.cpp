@@ -28,7 +28,7 @@ Viewer::Viewer(std::uint64_t id, std::shared_ptr<WebSocket> socket, std::string 
       rate_(kMaxRequestsPerSecond) {}
 
 void Viewer::start() {
-  // Weak: the viewer owns its socket.
+  // A weak pointer, since the viewer owns its socket.
   const auto with = [self = weak_from_this()](const auto& act) {
     if (const auto viewer = self.lock()) act(*viewer);
   };
@@ -81,7 +81,7 @@ void Viewer::close(const std::string& why, bool fault) {
 
 bool Viewer::due(Clock::time_point now) {
   if (now < next_) return false;
-  // Late ticks do not pile up, early ones do not add up.
+  // Late ticks are not caught up with, and early ones are not counted.
   next_ = next_ + period_ < now ? now + period_ / 2 : next_ + period_;
   return true;
 }

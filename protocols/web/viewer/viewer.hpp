@@ -19,11 +19,11 @@
 
 namespace aprsim::web {
 
-/// The update as bytes for any number of viewers.
+/// Serialises an update once for any number of viewers.
 [[nodiscard]] WebMessage pack(const v1::ViewerUpdate& update);
 
-/// One browser: its messages on their way, its subjects, its permissions. One write is under way at
-/// a time. Thread: the server's.
+/// One browser: its outgoing messages, subscriptions and permissions. At most one write is pending.
+/// Thread: the server's.
 class Viewer : public std::enable_shared_from_this<Viewer> {
  public:
   using Clock = std::chrono::steady_clock;
@@ -35,22 +35,22 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   Viewer(std::uint64_t id, std::shared_ptr<WebSocket> socket, std::string peer, Events events);
 
   void start();
-  /// Must arrive: a viewer that leaves too many waiting is closed.
+  /// Sends a message that must arrive. A viewer that lets too many wait is closed.
   void send(WebMessage message);
   void send(const v1::ViewerUpdate& update) { send(pack(update)); }
-  /// May be left out; false when it was.
+  /// Sends a message unless others wait; false = not sent.
   bool send_if_quick(WebMessage message);
-  /// Each slot keeps its latest message, behind all that must arrive; lower slots go first. False
-  /// when it takes the place of one that waited.
+  /// Sends the latest message of a slot, after all that must arrive; lower slots first. False = it
+  /// replaced a message that waited.
   bool send_latest(std::size_t slot, WebMessage message);
   void close(const std::string& why, bool fault = false);
   void drop() { socket_->drop(); }
 
-  /// Whether the rate that this viewer asked for lets it have a snapshot now.
+  /// Whether a snapshot is due now at this viewer's rate.
   [[nodiscard]] bool due(Clock::time_point now);
   void set_rate(double hz);
 
-  /// Nothing that must arrive is waiting.
+  /// Whether no message that must arrive is waiting.
   [[nodiscard]] bool idle() const { return queue_.empty() && !closed_; }
 
   [[nodiscard]] std::uint64_t id() const { return id_; }
@@ -59,13 +59,13 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   protocols::ConnectionTrace trace;
   v1::Watch watch;
   protocols::Caller caller;
-  protocols::Role role = protocols::Role::kNone;  ///< that it was told last
-  bool shown = false;                             ///< it has what is sent once
+  protocols::Role role = protocols::Role::kNone;  ///< last one sent
+  bool shown = false;                             ///< constant messages have been sent
   bool snapshot_due = false;                      ///< at this tick
   std::uint64_t skipped_snapshots = 0;
-  std::shared_ptr<const void> cell;                ///< the description that it has
-  std::vector<std::optional<std::uint64_t>> seen;  ///< revision of each topic that it has
-  std::string recorded_jog;                        ///< the last of its jogs that was recorded
+  std::shared_ptr<const void> cell;                ///< description sent last
+  std::vector<std::optional<std::uint64_t>> seen;  ///< revision of each topic sent last
+  std::string recorded_jog;                        ///< its last recorded jog
 
  private:
   void on_message(std::string_view data);

@@ -21,7 +21,7 @@ v1::Permission ViewerAccess::permission(const Viewer& viewer) const {
                              viewer.role <
                                  (commands() ? protocols::Role::kAdmin : protocols::Role::kView));
   if (viewer.role < protocols::Role::kView) {
-    permission.set_reason("Looking needs an access token.");
+    permission.set_reason("This view needs an access token.");
   } else if (!options_.read_only.empty()) {
     permission.set_reason(options_.read_only);
   } else if (!options_.control) {
@@ -59,11 +59,11 @@ Result<void> ViewerAccess::authenticate(Viewer& viewer, const std::string& token
   switch (caller.problem) {
     case Problem::kTooManyAttempts:
       return fail(ErrorCode::kUnavailable, "token",
-                  "too many wrong tokens from this address; wait a while");
+                  "too many wrong tokens from this address; wait before the next one");
     case Problem::kWrongToken:
-      return refuse_token(viewer, "a wrong token", "it is not the right one");
+      return refuse_token(viewer, "a wrong token", "wrong token");
     case Problem::kExpired:
-      return refuse_token(viewer, "an expired token, " + caller.name, "it has expired");
+      return refuse_token(viewer, "an expired token, " + caller.name, "expired token");
     case Problem::kNone:
       break;
   }

@@ -41,7 +41,7 @@ Result<Pose> pose_of(const v1::Pose& message) {
   pose.q = {q.w(), q.x(), q.y(), q.z()};
   if (!(std::abs(pose.q.norm() - 1) < 1e-3)) {
     return fail(ErrorCode::kInvalidArgument, "orientation",
-                fmt::format("length of the quaternion is {}, not 1", pose.q.norm()));
+                fmt::format("the quaternion has length {}, expected 1", pose.q.norm()));
   }
   pose.q.normalize();
   return pose;
@@ -103,7 +103,7 @@ Bodies robot_commands(const v1::RobotRequest& request, const api::Snapshot& snap
     case v1::RobotRequest::ACTION_NOT_SET:
       break;
   }
-  return fail(ErrorCode::kInvalidArgument, "action", "one must be set");
+  return fail(ErrorCode::kInvalidArgument, "action", "no action is set");
 }
 
 std::vector<Body> stop_cell(const api::CellDescription& cell) {

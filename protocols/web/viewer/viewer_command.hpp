@@ -8,9 +8,8 @@
 
 namespace aprsim::web {
 
-/// The commands that a viewer's request makes, to be submitted in this order. Absent for requests
-/// that are no commands for the world as they stand (watch, authenticate, jog, write_register).
-/// Errors name the field, value and limit.
+/// Commands for the world that a viewer's request stands for, in order of submission. Absent for
+/// other requests (watch, authenticate, jog, write_register). Errors name field, value and limit.
 [[nodiscard]] std::optional<Result<std::vector<decltype(api::Command::body)>>> commands_of(
     const v1::ViewerRequest& request, const api::Snapshot& snapshot);
 

@@ -15,7 +15,7 @@
 namespace aprsim::web {
 namespace {
 
-// Shows a viewer of a paused cell that the daemon is there.
+// Shows viewers of a paused cell that the daemon is alive.
 constexpr auto kLongestSilence = std::chrono::milliseconds(500);
 constexpr auto kPermissionPeriod = std::chrono::seconds(1);
 
@@ -44,7 +44,7 @@ ViewerHub::ViewerHub(const WebServerOptions& options, api::CommandSink& sink,
 TopicSources ViewerHub::topic_sources() {
   const api::SnapshotPtr now = source_.latest();
   return {.instance_id = instance_id_,
-          // The same after a reset.
+          // Unchanged by a reset.
           .beams = now->cell->light_curtain ? now->cell->light_curtain->beams : 0,
           .now = now,
           .faults = &faults_,
@@ -127,7 +127,7 @@ void ViewerHub::remove(Viewer& viewer) {
 void ViewerHub::close() {
   for (const auto& viewer : viewers_.all()) {
     requests_.release_jogs(*viewer);
-    viewer->close("the daemon stops");
+    viewer->close("the daemon is stopping");
   }
 }
 

@@ -18,8 +18,8 @@
 
 namespace aprsim::web {
 
-/// Keeps the viewers and the time: admits viewers, has their requests answered, and publishes
-/// topics at each tick. Knows no HTTP. Thread: the server's.
+/// Admits viewers, dispatches their requests and publishes topics at each tick. Independent of
+/// HTTP. Thread: the server's.
 class ViewerHub {
  public:
   using Clock = std::chrono::steady_clock;
@@ -28,30 +28,30 @@ class ViewerHub {
             const api::SnapshotSource& source, WebCounts& counts);
 
   void add(std::shared_ptr<WebSocket> socket, std::string peer, protocols::Caller caller);
-  /// Sends what is due; at the highest rate of snapshots.
+  /// Sends the messages that are due. Call it at the highest rate of snapshots.
   void tick(Clock::time_point now);
   /// Ends jogs and closes every viewer.
   void close();
-  /// Ends the viewers that have not answered the goodbye.
+  /// Drops the viewers that have not completed the closing handshake.
   void drop();
 
  private:
   [[nodiscard]] TopicSources topic_sources();
   void greet(Viewer& viewer);
-  /// Sends the viewer its permission if it differs from the last one, and once what stays.
+  /// Sends the viewer its permission if that has changed, and the constant messages once.
   void update_permission(Viewer& viewer, bool first = false);
   void set_watch(Viewer& viewer, const v1::Watch& watch);
-  /// The taps keep polls while somebody watches them.
+  /// Lets the taps keep polls while a viewer watches them.
   void update_taps();
   void remove(Viewer& viewer);
-  /// Decides who gets a snapshot at this tick.
+  /// Selects the viewers that receive a snapshot at this tick.
   void schedule_snapshots(const api::SnapshotPtr& snapshot, Clock::time_point now);
 
   const WebServerOptions& options_;
   const api::SnapshotSource& source_;
   WebCounts& counts_;
   const std::string instance_id_;
-  conveyor::ConveyorDevice device_;  // a reader's own: the registers as the snapshot makes them
+  conveyor::ConveyorDevice device_;  // of this reader: registers computed from the snapshot
   FaultLog faults_;
   ViewerAccess access_;
   Viewers viewers_;

@@ -19,7 +19,7 @@ bool concerns_faults(const v1::ViewerRequest& request) {
   return request.has_inject_fault() || request.has_end_fault() || request.has_report_event();
 }
 
-/// Answered by its outcome in the cell, or by what it asks for.
+/// Whether the answer comes later, from the cell or from the history.
 bool answered_later(const v1::ViewerRequest& request) {
   return request.jog().step() != 0 || request.has_past() || request.has_resume_from() ||
          concerns_faults(request);
@@ -90,9 +90,9 @@ Result<void> ViewerRequests::command(Viewer& viewer, const v1::ViewerRequest& re
 
 Result<void> ViewerRequests::command_world(const Viewer& viewer, const v1::ViewerRequest& request) {
   const auto commands = commands_of(request, *context_.source.latest());
-  if (!commands) return fail(ErrorCode::kUnimplemented, "body", "no request that is known here");
+  if (!commands) return fail(ErrorCode::kUnimplemented, "body", "unknown request");
   if (!*commands) return tl::unexpected(commands->error());
-  // All are tried: of a stop of the whole cell, whatever can be stopped is.
+  // Submit all even after an error, so that a stop of the cell stops as much as possible.
   Result<void> done;
   for (const auto& body : **commands) {
     const auto ticket = context_.sink.submit({context_.options.listener.endpoint, body});
@@ -124,10 +124,9 @@ Result<void> ViewerRequests::write_register(const v1::WriteRegister& write) {
   switch (ticket.error()) {
     case modbus::ExceptionCode::kServerDeviceBusy:
       return fail(ErrorCode::kUnavailable, "value",
-                  "not written: too many commands wait for the simulation; try again");
+                  "the simulation's command queue is full; try again");
     case modbus::ExceptionCode::kServerDeviceFailure:
-      return fail(ErrorCode::kFailedPrecondition, "value",
-                  "not written: this cell has no conveyor");
+      return fail(ErrorCode::kFailedPrecondition, "value", "this cell has no conveyor");
     default:
       return fail(ErrorCode::kInvalidArgument, "value",
                   fmt::format("{}: not written (Modbus exception {})", write.value(),

@@ -15,16 +15,16 @@
 
 namespace aprsim::web {
 
-/// Dispatches the requests of viewers and answers them: at once, or when the cell has taken them.
+/// Dispatches viewers' requests and answers them, immediately or once the cell has accepted them.
 /// Thread: the server's.
 class ViewerRequests {
  public:
   using Clock = std::chrono::steady_clock;
   struct Events {
     std::function<void(Viewer&, const v1::Watch&)> watch;
-    std::function<void(Viewer&)> authenticated;  ///< its role may be another one
+    std::function<void(Viewer&)> authenticated;  ///< its role may have changed
   };
-  /// Everything that requests are about. The objects outlive this one.
+  /// Objects that requests act on; they must outlive this one.
   struct Context {
     const WebServerOptions& options;
     api::CommandSink& sink;
@@ -39,22 +39,22 @@ class ViewerRequests {
   ViewerRequests(Context context, Events events);
 
   void answer(Viewer& viewer, const v1::ViewerRequest& request);
-  /// Goes on with jogs; call it at each tick, before viewers are sent the snapshot: a viewer that
-  /// has seen another client's command take a robot over finds its jog ended.
+  /// Continues jogs. Call it at each tick before the snapshot is sent, so that a jog has ended when
+  /// its viewer sees another client's command.
   void tick_jogs(const api::Snapshot& snapshot, Clock::time_point now);
-  /// Answers what has been waiting for the cell or for the past.
+  /// Answers requests that waited for the cell or for a moment of the past.
   void answer_waiting(const api::Snapshot& snapshot);
-  /// Whether a jog has sent this command.
+  /// Whether this command was sent by a jog.
   [[nodiscard]] bool sent_by_jog(int robot, api::Ticket ticket) const {
     return joggers_[static_cast<std::size_t>(robot)].sent(ticket);
   }
   /// Ends the viewer's jogs.
   void release_jogs(const Viewer& viewer);
-  /// The same, and it asks for nothing any more.
+  /// Ends the viewer's jogs and drops its pending requests.
   void forget(const Viewer& viewer);
 
  private:
-  /// A request whose outcome shows in a snapshot.
+  /// A request whose outcome is read from a later snapshot.
   struct Awaited {
     std::uint64_t viewer = 0;
     std::uint32_t request = 0;

@@ -19,12 +19,12 @@ class Viewers {
   }
   void remove(const Viewer& viewer) { all_.erase(viewer.id()); }
   [[nodiscard]] std::size_t size() const { return all_.size(); }
-  /// Null = it has ended. A viewer may end, and leave, while it is written to: keep the pointer.
+  /// Null = it has ended. Keep the pointer: a write may end and remove the viewer.
   [[nodiscard]] std::shared_ptr<Viewer> find(std::uint64_t id) const {
     const auto found = all_.find(id);
     return found == all_.end() ? nullptr : found->second;
   }
-  /// All of them, to be visited: they may end meanwhile.
+  /// Copy of the list, since viewers may end during a loop over it.
   [[nodiscard]] std::vector<std::shared_ptr<Viewer>> all() const {
     std::vector<std::shared_ptr<Viewer>> all;
     all.reserve(all_.size());

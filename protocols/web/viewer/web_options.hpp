@@ -22,42 +22,42 @@
 
 namespace aprsim::web {
 
-/// Connections beyond the limit that are told so at a time; those beyond are closed at once.
+/// Number of rejected connections that get a page with the reason; further ones are closed.
 inline constexpr std::size_t kMaxRejected = 256;
 
 struct WebServerStats {
-  std::uint64_t accepted = 0;  ///< connections taken
-  std::uint64_t refused = 0;   ///< connections without a place
-  std::uint64_t open = 0;      ///< connections now
-  std::uint64_t requests = 0;  ///< over HTTP, and of pages over their WebSockets
-  std::uint64_t failed = 0;    ///< of these: answered with an error
-  std::uint64_t skipped = 0;   ///< snapshots that slow viewers did not get
+  std::uint64_t accepted = 0;  ///< accepted connections
+  std::uint64_t refused = 0;   ///< rejected connections
+  std::uint64_t open = 0;      ///< current connections
+  std::uint64_t requests = 0;  ///< over HTTP and over WebSockets
+  std::uint64_t failed = 0;    ///< requests answered with an error
+  std::uint64_t skipped = 0;   ///< snapshots dropped for slow viewers
   api::DurationHistogram::Counts answer_times;
 };
 
 struct WebServerOptions {
-  /// A connection without a place gets a page that says so, and 503.
+  /// A rejected connection gets status 503 and a page with the reason.
   protocols::ListenerOptions listener{
       .port = 8080, .limits = {.at_once = 32}, .drain_deadline = std::chrono::milliseconds(300)};
-  std::size_t max_viewers = 24;    ///< WebSockets among them; a further one gets 503
+  std::size_t max_viewers = 24;    ///< WebSockets; further ones get 503
   double max_rate_hz = 60;         ///< of snapshots
-  bool control = true;             ///< false: no viewer may command
-  std::string read_only;           ///< not empty: nor may any for this reason
-  std::vector<std::string> hosts;  ///< host names of the page besides addresses and localhost
+  bool control = true;             ///< false: no viewer may send commands
+  std::string read_only;           ///< reason why no viewer may; empty = they may
+  std::vector<std::string> hosts;  ///< accepted host names besides addresses and localhost
   std::string assets;              ///< directory of the page's files
   std::vector<std::pair<std::string, std::string>> models;  ///< robot name, description file
-  /// Shapes of a cell by its description; asked once a scene. Thread: the web server's.
+  /// Shapes of a described cell; called once a scene. Thread: the web server's.
   std::function<VisualDescription(const api::CellDescription&)> visual;
   std::string version;
   modbus::ConveyorScaling scaling;  ///< of the registers shown
   std::chrono::milliseconds jog_timeout{400};
-  protocols::WireTap* crcl_tap = nullptr;  ///< both outlive the server; may be null
+  protocols::WireTap* crcl_tap = nullptr;  ///< both must outlive the server; may be null
   protocols::WireTap* modbus_tap = nullptr;
-  protocols::IncidentSource* incidents = nullptr;  ///< null = there are none; outlives the server
-  ProgramRunner* programs = nullptr;               ///< outlives the server; null = pages start none
-  api::History* history = nullptr;                 ///< outlives the server; null = no past is kept
+  protocols::IncidentSource* incidents = nullptr;  ///< may be null; must outlive the server
+  ProgramRunner* programs = nullptr;  ///< must outlive the server; null = none can be started
+  api::History* history = nullptr;    ///< must outlive the server; null = no history
   std::function<std::vector<ListenerCount>()> listeners;  ///< called on the server's thread
-  /// The text behind /metrics, in Prometheus' format; called on the server's thread. None: 404.
+  /// Text of /metrics in Prometheus' format; called on the server's thread. Null: 404.
   std::function<std::string()> metrics = {};
 };
 

@@ -1,9 +1,10 @@
 import {button, card, h} from '../ui/dom';
+import {simSeconds} from '../ui/time';
 import {indexAt, type Line} from './recording';
 
 const kMostLines = 400; // shown at once
 
-/** Lines of a run about the present moment; a click goes to a line's time. */
+/** Lines of a run around the current moment; a click seeks to a line's time. */
 export class LineList {
   readonly element = h('div', {class: 'panel'});
   private readonly list = h('ol', {class: 'wire-lines'});
@@ -47,7 +48,7 @@ export class LineList {
             'data-past': String(past),
             'aria-current': begin + i === present && past ? 'true' : undefined
           },
-          button(`${line.time_s.toFixed(3)} s`, () => this.seek(line.time_s), {class: 'link'}),
+          button(simSeconds(line.time_s), () => this.seek(line.time_s), {class: 'link'}),
           ` ${line.wire === 'cell' ? '' : line.wire} ${arrow} `,
           line.what
         );

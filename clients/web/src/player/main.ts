@@ -1,16 +1,17 @@
-// A run in one file, without a daemon: the page's own view, driven by what was recorded.
+// Player of an exported run, without a daemon: the view of the page, driven by a recording.
 import {setModelSource} from '../scene/model_source';
-import {View} from '../scene/view';
+import {makeView} from '../scene/cell_view';
 import {State} from '../state';
 import {ChartPanel} from '../ui/chart_panel';
 import {button, card, Facts, h, notify, text} from '../ui/dom';
 import {pictureButtons} from '../ui/pictures';
 import {Tabs} from '../ui/tabs';
+import {simSeconds} from '../ui/time';
 import {LineList} from './line_list';
 import type {MotionHeader} from '../../generated/aprsim/v1/motion_pb';
 import {indexAt, readRecording, type About, type Recording} from './recording';
 
-const kChart_s = 60; // what charts show behind the present moment
+const kChart_s = 60; // span of the charts before the current moment
 const kRates = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 
 function content(id: string): string {
@@ -19,10 +20,10 @@ function content(id: string): string {
 
 /** Plays a recording into the view, the charts and the lists. */
 class Player {
-  private readonly state = new State(); // of the view
-  private readonly charted = new State(); // of the charts, which see every moment
+  private readonly state = new State(); // state of the view
+  private readonly charted = new State(); // state of the charts, which receive every moment
   private readonly stage = h('main', {class: 'stage'});
-  private readonly view = new View(this.stage, this.state);
+  private readonly view = makeView(this.stage, this.state);
   private readonly charts = new ChartPanel(this.charted);
   private readonly slider = h('input', {
     type: 'range',
@@ -86,9 +87,11 @@ class Player {
       () => this.showLists()
     );
     Object.assign(this.stage, {view: this.view}); // where tests look up what is drawn
-    this.stage.append(
-      h('div', {class: 'layers', role: 'group'}, ...pictureButtons(this.view, 'aprsim-run'))
-    );
+    if (this.view.draws)
+      this.stage.append(
+        h('div', {class: 'layers', role: 'group'}, ...pictureButtons(this.view, 'aprsim-run'))
+      );
+    this.charts.onMoment = (_, time_s) => this.seek(Math.min(time_s, this.end_s));
     document.title = about.title;
     document.getElementById('app')!.replaceChildren(
       h(
@@ -97,7 +100,7 @@ class Player {
         h('strong', {}, about.title),
         this.playButton,
         button('−1', () => this.stepBy(-1), {title: 'One picture back (,)'}),
-        button('+1', () => this.stepBy(1), {title: 'One picture on (.)'}),
+        button('+1', () => this.stepBy(1), {title: 'One picture forward (.)'}),
         this.slider,
         this.clock,
         this.rate
@@ -126,6 +129,8 @@ class Player {
 
   private press(event: KeyboardEvent): void {
     if (event.target instanceof HTMLInputElement && event.target !== this.slider) return;
+    const onButton = event.target instanceof Element && event.target.closest('button, select');
+    if (event.key === ' ' && onButton) return;
     if (event.key === ' ') this.toggle();
     else if (event.key === '.') this.stepBy(1);
     else if (event.key === ',') this.stepBy(-1);
@@ -139,7 +144,7 @@ class Player {
     text(this.playButton, this.playing ? 'Pause' : 'Play');
   }
 
-  /** From now on that scene is shown. */
+  /** Switches to a scene. */
   private turnTo(scene: MotionHeader): void {
     this.scene = scene;
     for (const state of [this.state, this.charted]) {
@@ -160,7 +165,7 @@ class Player {
     const passed_s = ((now_ms - this.last_ms) / 1000) * Number(this.rate.value);
     this.last_ms = now_ms;
     if (!this.playing) return;
-    // A page that was hidden does not leap.
+    // A page that was hidden does not skip.
     this.seek(Math.min(this.now_s + Math.min(passed_s, Number(this.rate.value)), this.end_s));
     if (this.now_s >= this.end_s) this.toggle();
   }
@@ -168,7 +173,7 @@ class Player {
   private seek(time_s: number): void {
     this.now_s = time_s;
     this.slider.value = String(time_s);
-    text(this.clock, `${time_s.toFixed(3)} s`);
+    text(this.clock, simSeconds(time_s));
     const {moments} = this.recording;
     const at = indexAt(moments, time_s);
     if (at !== this.moment) {
@@ -179,9 +184,9 @@ class Player {
       let first = on
         ? this.moment + 1
         : indexAt(moments, Math.max(this.begin_s, moments[at]!.time_s - kChart_s));
-      // Charts are of one scene.
+      // Charts show one scene.
       while (moments[first]!.header !== header) ++first;
-      // Trails are of one way forward.
+      // Paths are drawn forward in time only.
       if (!on) this.view.clearTrails();
       this.moment = at;
       for (let i = first; i <= at; ++i)

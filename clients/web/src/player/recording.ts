@@ -1,18 +1,18 @@
-// What an exported page has of a run: how everything moved, and what went over the wires.
+// Data of an exported run: all motion, and the traffic on the wires.
 import {fromBinary} from '@bufbuild/protobuf';
 import {MotionRecordSchema, type MotionHeader} from '../../generated/aprsim/v1/motion_pb';
 import type {Snapshot} from '../protocol';
 import {simTime} from '../state';
 
-/** One thing that went over a wire or happened in the cell. */
+/** One message on a wire, or one event in the cell. */
 export interface Line {
   time_s: number;
-  wire: string; // "cell" for what happened in the cell
+  wire: string; // "cell" for an event in the cell
   direction: 'in' | 'out' | '';
   what: string;
 }
 
-/** What stands beside the motion. */
+/** Data of the run besides its motion. */
 export interface About {
   title: string;
   facts: [string, string][];

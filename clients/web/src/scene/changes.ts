@@ -1,8 +1,8 @@
-// Whether two states of the cell look different. What rests is told with the same bits again and
-// again, and needs no new picture.
+// Comparison of two states of the cell as they look. Bodies at rest keep their exact poses, so that no
+// new picture is needed.
 import type {Pose, RobotState, Snapshot} from '../protocol';
 import {statusOf} from '../robot_status';
-import type {Layers} from './view';
+import type {Layers} from './cell_view';
 
 export function looksDifferent(a: Snapshot, b: Snapshot, layers: Layers): boolean {
   if (

@@ -19,7 +19,7 @@ export function toMatrix(pose: Pose | undefined): THREE.Matrix4 {
   return new THREE.Matrix4().compose(toVector(pose?.positionM), toQuaternion(pose), one);
 }
 
-/** Puts an object where a pose in the world says. */
+/** Sets position and rotation of an object from a pose in the world. */
 export function place(object: THREE.Object3D, pose: Pose | undefined): void {
   toVector(pose?.positionM, object.position);
   toQuaternion(pose, object.quaternion);

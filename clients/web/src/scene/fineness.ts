@@ -1,18 +1,18 @@
-// How many points a picture has: fewer where drawing takes long, more again where there is room.
+// Resolution of the pictures: lower where drawing is slow, higher again where there is time.
 
 const kSlow_ms = 45;
-const kRoom = 0.8; // of that, at most, with more points
+const kRoom = 0.8; // share of that time which a finer picture may take
 const kStep = 0.7;
 const kCoarsest = 0.5;
 const kSettle_ms = 3000;
-/** A rise that has to be taken back so soon was a mistake: the next one waits for longer. */
+/** A rise that is reverted within this time was a mistake; the next one waits longer. */
 const kTrial_ms = 20000;
 const kLongestWait_ms = 240000;
 
 export class Fineness {
-  /** Points of the picture a point of the page, in one direction. */
+  /** Device pixels per CSS pixel in one direction. */
   ratio: number;
-  /** What a picture takes, smoothed. */
+  /** Time that a picture takes, smoothed. */
   frame_ms = 16;
   private settled = 4000;
   private mayRise = 0;
@@ -30,12 +30,12 @@ export class Fineness {
     return this.frame_ms > kSlow_ms;
   }
 
-  /** A picture took so long, at the time `now`; whether the next one has another ratio. */
+  /** Records the time of one picture; returns whether the ratio has changed. */
   took(picture_ms: number, now: number): boolean {
     this.frame_ms += 0.1 * (picture_ms - this.frame_ms);
     if (!this.adapts || now <= this.settled) return false;
     const finer = Math.min(this.finest, this.ratio / kStep);
-    // At worst what it takes grows with the number of points.
+    // At worst the time grows with the number of pixels.
     const finer_ms = this.frame_ms * (finer / this.ratio) ** 2;
     if (this.slow && this.ratio > kCoarsest) {
       this.wait_ms =

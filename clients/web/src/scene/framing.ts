@@ -1,10 +1,10 @@
-// Where to look from, so that everything is in the picture.
+// Camera positions from which everything is in the picture.
 import * as THREE from 'three';
 
 export const kUp = new THREE.Vector3(0, 0, 1);
 const kMargin = 0.03; // of the picture, on each side
 
-/** Corners of the boxes around all that is shown under `root`, in the world. */
+/** Corners of the bounding boxes of all visible meshes under `root`, in the world. */
 export function cornersOf(root: THREE.Object3D, out: THREE.Vector3[] = []): THREE.Vector3[] {
   root.updateWorldMatrix(true, true);
   const visit = (object: THREE.Object3D): void => {
@@ -30,13 +30,13 @@ export function cornersOf(root: THREE.Object3D, out: THREE.Vector3[] = []): THRE
 export interface Picture {
   fov_deg: number;
   aspect: number;
-  /** Share of its height that something at its upper edge covers. */
+  /** Share of the height that controls at the upper edge cover. */
   covered: number;
 }
 
 /**
- * The nearest eye in the direction `towards` it (from what is looked at) that has all points in the
- * picture, and the point in their middle that it looks at.
+ * The nearest eye in the direction `towards`, seen from the points, that has all points in the picture;
+ * and the point in their middle at which it looks.
  */
 export function fitted(
   points: THREE.Vector3[],
@@ -46,12 +46,12 @@ export function fitted(
   const z = towards.clone().normalize();
   const x = new THREE.Vector3().crossVectors(kUp, z).normalize();
   const y = new THREE.Vector3().crossVectors(z, x);
-  // Half the picture's extent at distance 1, to its left and right, lower and upper edges.
+  // Half the extent of the picture at distance 1, to its sides, lower and upper edges.
   const half = Math.tan((fov_deg * Math.PI) / 360);
   const side = half * aspect * (1 - 2 * kMargin);
   const lower = half * (1 - 2 * kMargin),
     upper = half * (1 - 2 * (kMargin + covered));
-  // Each edge's plane through the eye has every point on its inner side; the outermost count.
+  // The planes through the eye and the edges have all points on their inner side.
   let right = -Infinity,
     left = -Infinity,
     top = -Infinity,
@@ -69,7 +69,7 @@ export function fitted(
   }
   const ez = Math.max((right + left) / (2 * side), (top + bottom) / (upper + lower), nearest + 0.1);
   const ex = (right - left) / 2;
-  // In the middle of what the upper and the lower edge allow.
+  // In the middle of the range that the upper and the lower edge allow.
   const ey = (top - upper * ez + (lower * ez - bottom)) / 2;
   const at = (depth: number): THREE.Vector3 =>
     new THREE.Vector3().addScaledVector(x, ex).addScaledVector(y, ey).addScaledVector(z, depth);

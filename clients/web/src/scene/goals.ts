@@ -1,9 +1,9 @@
-// Where the robots are on their way to.
+// Targets of the running motions.
 import * as THREE from 'three';
 import type {CellDescription, Snapshot} from '../protocol';
 import {toMatrix, toVector} from './convert';
 
-/** For each robot the tool frame at the end of the motion that runs, and the straight way to it. */
+/** For each robot: the tool frame at the end of the running motion, and the straight line to it. */
 export class Goals {
   readonly root = new THREE.Group();
   private readonly marks: {X_WR: THREE.Matrix4; frame: THREE.Group; way: THREE.Line}[];

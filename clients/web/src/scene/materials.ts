@@ -33,7 +33,7 @@ export function surface({roughness, metalness, ...rest}: Surface): SurfaceMateri
   return rest.vertexColors ? common : new THREE.MeshLambertMaterial(rest);
 }
 
-/** A thing in one colour that throws and takes shadows. */
+/** A mesh of one colour that casts and receives shadows. */
 export function painted(
   geometry: THREE.BufferGeometry,
   color: THREE.ColorRepresentation,
@@ -49,7 +49,7 @@ export function solid(geometry: THREE.BufferGeometry, material: THREE.Material):
 }
 
 const kGlow = {fault: new THREE.Color(0xff1f14), 'drives off': new THREE.Color(0xffa000)};
-/** The same surface on something that has been stopped. */
+/** The same surface, glowing, for a robot that is stopped. */
 export function stoppedSurface(plain: THREE.Material, stopped: keyof typeof kGlow): THREE.Material {
   const material = plain.clone() as SurfaceMaterial;
   material.emissive = kGlow[stopped];

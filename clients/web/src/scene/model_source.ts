@@ -1,4 +1,4 @@
-// Where the robots' descriptions come from: the daemon, unless told otherwise.
+// Source of the robots' descriptions: the daemon by default.
 type ModelSource = (robot: string) => Promise<string>;
 
 let source: ModelSource = async (robot) => {
@@ -11,7 +11,7 @@ export function setModelSource(other: ModelSource): void {
   source = other;
 }
 
-/** The description (URDF) of the robot with this name; rejects when there is none. */
+/** Description (URDF) of a robot; rejects where there is none. */
 export function modelOf(robot: string): Promise<string> {
   return source(robot);
 }

@@ -1,4 +1,4 @@
-// What is drawn over the cell to explain it: trails, cameras, light barriers.
+// Overlays that explain the cell: tool paths, cameras, light barriers.
 import * as THREE from 'three';
 import type {CellDescription, CellLooks, Pose, Snapshot} from '../protocol';
 import {toMatrix, toVector} from './convert';
@@ -6,7 +6,7 @@ import {painted} from './materials';
 
 const kTrailPoints = 400;
 
-/** The last seconds of a tool point's way. */
+/** Recent path of a tool point. */
 export class Trail {
   readonly line: THREE.Line;
   private readonly points = new Float32Array(kTrailPoints * 3);
@@ -46,7 +46,7 @@ export class Trail {
   }
 }
 
-/** What the overhead camera of each robot can see, and what it saw last. */
+/** Area of each robot's overhead camera, and its last detections. */
 export class Cameras {
   readonly root = new THREE.Group();
   private readonly frames: {X_WV: THREE.Matrix4; marks: THREE.InstancedMesh}[] = [];
@@ -158,9 +158,10 @@ export class PhotoEyes {
   }
 }
 
-/** The beams of the light curtain up to what stands in them, and the box that a tool has put there. */
+/** The light curtain: its posts, its beams up to the first obstacle, and the box that breaks them. */
 export class LightCurtain {
   readonly root = new THREE.Group();
+  readonly posts: THREE.Mesh[] = [];
   private readonly lines: THREE.LineSegments | null = null;
   private readonly ends: Float32Array;
   private readonly colors: Float32Array;
@@ -202,6 +203,7 @@ export class LightCurtain {
       });
       post.position.set(x, 0, height / 2 - curtain.pitchM / 2);
       frame.add(post);
+      this.posts.push(post);
     }
     this.root.add(frame);
   }

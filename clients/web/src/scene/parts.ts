@@ -9,7 +9,8 @@ import {
 } from '../protocol';
 import {place, toVector} from './convert';
 import {surface, type SurfaceMaterial} from './materials';
-import {gearGeometry, trayGeometry} from './shapes';
+import {flatLabel} from './lettering';
+import {gearGeometry, trayGeometry, type Pocket} from './shapes';
 
 const kGearColors = [0xf08a24, 0x18a999, 0x8a63d2, 0xd64550, 0x3f8efc];
 const kGroupNames: Record<number, string> = {
@@ -19,6 +20,16 @@ const kGroupNames: Record<number, string> = {
 };
 const kPartTray = 0xc9cfd6,
   kKitTray = 0x38495e;
+
+/** Sizes of a tray's label [m], the largest first. */
+const kLabelSizes = [
+  [0.07, 0.012],
+  [0.055, 0.01],
+  [0.045, 0.008],
+  [0.035, 0.0065]
+] as const;
+const kLabelStep_m = 0.003;
+const kLabelMargin_m = 0.0015;
 
 /** Gears and trays. Bodies of one type share one geometry. */
 export class Parts {
@@ -46,6 +57,8 @@ export class Parts {
       const mesh = new THREE.Mesh(shape, this.plain);
       mesh.castShadow = mesh.receiveShadow = true;
       mesh.userData.pick = {kind: 'body', index};
+      const label = trayLabel(body, looks);
+      if (label) mesh.add(label);
       this.meshes.push(mesh);
       this.root.add(mesh);
     });
@@ -114,14 +127,70 @@ function geometryOf(
   }
   if (geometry.case !== 'tray') return new THREE.BoxGeometry(0.02, 0.02, 0.02);
   const tray = geometry.value;
+  const pockets = pocketsOf(body, looks);
+  const color = new THREE.Color(body.kind === BodyKind.KIT_TRAY ? kKitTray : kPartTray);
+  return trayGeometry(toVector(tray.boxMinM), toVector(tray.boxMaxM), pockets, color);
+}
+
+function pocketsOf(body: BodyDescription, looks: CellLooks | null): Pocket[] {
+  if (body.geometry.case !== 'tray') return [];
   const recesses = looks?.trays.find((t) => t.type === body.type)?.pockets ?? [];
-  const pockets = tray.slots.flatMap((slot, i) => {
+  return body.geometry.value.slots.flatMap((slot, i) => {
     const p = toVector(slot.slotInTray?.positionM),
       recess = recesses[i];
     return recess
       ? [{x: p.x, y: p.y, top: recess.topRadiusM, floor: recess.floorRadiusM, depth: recess.depthM}]
       : [];
   });
-  const color = new THREE.Color(body.kind === BodyKind.KIT_TRAY ? kKitTray : kPartTray);
-  return trayGeometry(toVector(tray.boxMinM), toVector(tray.boxMaxM), pockets, color);
+}
+
+/** A label with the tray's name on its top, where no pocket is; null where there is no room. */
+function trayLabel(body: BodyDescription, looks: CellLooks | null): THREE.Mesh | null {
+  if (body.geometry.case !== 'tray') return null;
+  const min = toVector(body.geometry.value.boxMinM),
+    max = toVector(body.geometry.value.boxMaxM);
+  const place = labelPlace(min, max, pocketsOf(body, looks));
+  if (!place) return null;
+  const kit = body.kind === BodyKind.KIT_TRAY;
+  const label = flatLabel(
+    {
+      text: body.name.replaceAll('_', ' '),
+      ink: '#15181c',
+      ground: kit ? '#e9edf2' : '#f7d774'
+    },
+    place.width,
+    place.height
+  );
+  label.position.set(place.x, place.y, max.z + 3e-4);
+  if (place.turned) label.rotation.z = Math.PI / 2;
+  return label;
+}
+
+interface LabelPlace {
+  x: number;
+  y: number;
+  width: number;
+  height: number;
+  turned: boolean;
+}
+
+/** The largest label that fits between the pockets, nearest to the tray's lower edge. */
+function labelPlace(min: THREE.Vector3, max: THREE.Vector3, pockets: Pocket[]): LabelPlace | null {
+  for (const [width, height] of kLabelSizes) {
+    for (const turned of [false, true]) {
+      const w = (turned ? height : width) / 2 + kLabelMargin_m,
+        h = (turned ? width : height) / 2 + kLabelMargin_m;
+      const isFree = (x: number, y: number): boolean =>
+        pockets.every(
+          (p) =>
+            Math.hypot(Math.max(0, Math.abs(p.x - x) - w), Math.max(0, Math.abs(p.y - y) - h)) >
+            p.top
+        );
+      for (let y = min.y + h; y <= max.y - h; y += kLabelStep_m) {
+        for (let x = min.x + w; x <= max.x - w; x += kLabelStep_m)
+          if (isFree(x, y)) return {x, y, width, height, turned};
+      }
+    }
+  }
+  return null;
 }

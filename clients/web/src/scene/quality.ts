@@ -1,11 +1,14 @@
-// How finely to draw. Without a graphics processor every pixel, corner and shader costs.
+// Quality of drawing. Without a graphics processor every pixel, corner and shader costs.
 
-/** A context whose driver turns out to be software; contexts take long to make there, so it is kept. */
+export let isWebGlAvailable = true;
+
+/** A context of a software driver, which is kept since making one takes long there; null on others. */
 function softwareContext(whatever: boolean): WebGL2RenderingContext | null {
   const canvas = document.createElement('canvas');
-  // Changing the size of a canvas that has a context takes as long again.
+  // Resizing a canvas that has a context would take as long again.
   canvas.width = canvas.height = 16;
   const gl = canvas.getContext('webgl2', {antialias: false, alpha: false, stencil: false});
+  isWebGlAvailable = gl !== null;
   if (!gl) return null;
   const info = gl.getExtension('WEBGL_debug_renderer_info');
   const name = String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
@@ -20,7 +23,7 @@ export const context = wanted === 'fine' ? null : softwareContext(wanted === 'qu
 export const software = context !== null;
 export const adaptive = wanted !== 'fine';
 
-/** A number of corners or segments, less where each costs. */
+/** Number of segments, reduced where each one costs time. */
 export function segments(fine: number): number {
   return software ? Math.max(8, Math.round(0.6 * fine)) : fine;
 }

@@ -1,4 +1,4 @@
-// Marks on robots that have been stopped: their colour, and a sign over them that says why.
+// Marks on stopped robots: a colour, and a sign with the reason.
 import * as THREE from 'three';
 import type {CellDescription, Snapshot} from '../protocol';
 import {statusOf} from '../robot_status';
@@ -46,13 +46,13 @@ export class RobotMarks {
     });
   }
 
-  /** Puts the signs where the robots are in the picture, or at its edge next to them. */
+  /** Moves the signs over the robots in the picture, or to its nearest edge. */
   place(camera: THREE.Camera, width_px: number, height_px: number): void {
     for (const {element, top} of this.signs) {
       if (element.hidden) continue;
       const seen = top.clone().applyMatrix4(camera.matrixWorldInverse);
       const p = top.clone().project(camera);
-      // What is behind the eye is projected to the wrong side.
+      // Points behind the camera are projected to the wrong side.
       if (seen.z > 0) p.multiplyScalar(-10);
       const w = element.offsetWidth,
         h = element.offsetHeight;

@@ -2,6 +2,7 @@ import * as THREE from 'three';
 import URDFLoader, {type URDFRobot} from 'urdf-loader';
 import type {RobotDescription, RobotState} from '../protocol';
 import type {RobotStatus} from '../robot_status';
+import {boltsOf, hosesOf, platesOf} from './arm_details';
 import {toMatrix} from './convert';
 import {solid, stoppedSurface, surface} from './materials';
 import {modelOf} from './model_source';
@@ -15,8 +16,9 @@ const kFinish: Record<string, {roughness: number; metalness: number}> = {
   black: {roughness: 0.7, metalness: 0.05}
 };
 const kPaint = {roughness: 0.38, metalness: 0.02};
+const kCastingRadius_m = 0.018; // of the edges of cast housings
 
-/** One arm with the tool that it has, from its URDF and its description. */
+/** One arm with its tool, from its URDF and its description. */
 export class RobotModel {
   readonly root = new THREE.Group();
   private arm: URDFRobot | null = null;
@@ -37,7 +39,7 @@ export class RobotModel {
     const loader = new URDFLoader();
     loader.parseCollision = false;
     this.arm = loader.parse(model) as URDFRobot;
-    soften(this.arm);
+    dress(this.arm, this.description.model);
     toMatrix(this.description.baseInWorld).decompose(
       this.arm.position,
       this.arm.quaternion,
@@ -70,13 +72,13 @@ export class RobotModel {
     }
   }
 
-  /** A tool that it has taken, or whose arm has come later. */
+  /** Attaches a tool to the arm. */
   carry(tool: ToolModel): void {
     this.root.add(tool.root);
     this.paint();
   }
 
-  /** One that it has left, as it looks without this robot's marks. */
+  /** Removes the robot's marks from a tool that it has released. */
   static plain(tool: ToolModel): void {
     tool.root.traverse((object) => {
       if (object instanceof THREE.Mesh && object.userData.plain)
@@ -92,10 +94,10 @@ export class RobotModel {
   }
 }
 
-/** Makes one softened mesh of each link's primitives, or one of each finish where meshes are cheap. */
-function soften(arm: URDFRobot): void {
+/** Merges the primitives of each link, softened and with details, into one mesh a finish. */
+function dress(arm: URDFRobot, model: string): void {
   arm.updateMatrixWorld(true);
-  for (const link of Object.values(arm.links)) {
+  for (const [name, link] of Object.entries(arm.links)) {
     const toLink = link.matrixWorld.clone().invert();
     const pieces = new Map<string, THREE.BufferGeometry[]>();
     for (const visual of link.children.filter((child) => 'isURDFVisual' in child)) {
@@ -105,27 +107,35 @@ function soften(arm: URDFRobot): void {
         const finish = software ? '' : paint.name in kFinish ? paint.name : '';
         const list = pieces.get(finish) ?? [];
         pieces.set(finish, list);
+        const {x: radius, y: length} = object.scale.clone();
         const shape = softened(object);
-        list.push(
-          tinted(shape.applyMatrix4(toLink.clone().multiply(object.matrixWorld)), paint.color)
-        );
+        const bolts =
+          object.geometry.type === 'CylinderGeometry' ? boltsOf(visual.name, radius, length) : [];
+        for (const part of [tinted(shape, paint.color), ...bolts])
+          list.push(part.applyMatrix4(toLink.clone().multiply(object.matrixWorld)));
       });
       visual.removeFromParent();
     }
+    const hoses = hosesOf(model, name);
+    if (hoses.length > 0) {
+      const finish = software ? '' : 'black';
+      pieces.set(finish, [...(pieces.get(finish) ?? []), ...hoses]);
+    }
+    for (const plate of platesOf(model, name)) link.add(plate);
     for (const [finish, list] of pieces)
       link.add(solid(merged(list), surface({vertexColors: true, ...(kFinish[finish] ?? kPaint)})));
   }
 }
 
-/** The shape of a primitive with softened edges; takes its size out of its matrix. */
+/** Shape of a primitive with softened edges; moves its size from the matrix into the shape. */
 function softened(mesh: THREE.Mesh): THREE.BufferGeometry {
   const {type} = mesh.geometry,
     s = mesh.scale.clone();
   const shape =
     type === 'BoxGeometry'
-      ? softBox(s.x, s.y, s.z)
+      ? softBox(s.x, s.y, s.z, kCastingRadius_m)
       : type === 'CylinderGeometry'
-        ? softCylinder(s.x, s.y)
+        ? softCylinder(s.x, s.y, 0.006)
         : null;
   if (!shape) return mesh.geometry.clone();
   mesh.scale.set(1, 1, 1);

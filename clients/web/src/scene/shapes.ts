@@ -1,4 +1,4 @@
-// Geometry of the cell's things, from the sizes in its description.
+// Geometry of the cell, from the sizes in its description.
 import * as THREE from 'three';
 import {RoundedBoxGeometry} from 'three/examples/jsm/geometries/RoundedBoxGeometry.js';
 import {mergeGeometries} from 'three/examples/jsm/utils/BufferGeometryUtils.js';
@@ -49,7 +49,7 @@ export function turned(points: [number, number][], sides = 40): THREE.BufferGeom
   return new THREE.LatheGeometry(sharp, segments(sides)).rotateX(Math.PI / 2);
 }
 
-/** Gives every vertex one colour, so that pieces of several colours become one mesh. */
+/** Sets one colour for all vertices, so that pieces of several colours can become one mesh. */
 export function tinted(
   geometry: THREE.BufferGeometry,
   color: THREE.ColorRepresentation
@@ -80,11 +80,12 @@ export interface GearSizes {
   teethRadiusM: number;
 }
 
-const kToothPitch = 0.0075; // [m] along the rim
+const kToothPitch_m = 0.009; // along the rim
+const kToothDepth_m = 0.005;
 
 function toothedOutline(tip: number): THREE.Shape {
-  const teeth = Math.max(12, Math.round((2 * Math.PI * tip) / kToothPitch));
-  const root = tip - 0.0042;
+  const teeth = Math.max(12, Math.round((2 * Math.PI * tip) / kToothPitch_m));
+  const root = tip - kToothDepth_m;
   const shape = new THREE.Shape();
   const at = (r: number, turn: number): [number, number] => {
     const angle = (turn / teeth) * 2 * Math.PI;
@@ -114,15 +115,25 @@ export function gearGeometry(g: GearSizes, color: THREE.Color): THREE.BufferGeom
     r = g.pegRadiusM,
     c = Math.min(0.001, r / 3);
   const rim = 0.72 * tip;
+  const face = tip - kToothDepth_m - 0.0012;
   const parts = [
-    tinted(teeth, color),
-    // A raised ring on the disc and the boss at the foot of the peg, for looks.
+    // Teeth darker than the disc, so that they can be told apart from afar.
+    tinted(teeth, color.clone().multiplyScalar(0.55)),
     tinted(
       turned([
-        [rim, top],
-        [rim - 0.0006, top + 0.0007],
-        [rim - 0.0022, top + 0.0007],
-        [rim - 0.0028, top]
+        [face, top],
+        [face - 0.0008, top + 0.0005],
+        [0, top + 0.0005]
+      ]),
+      color
+    ),
+    // For looks: a raised ring on the disc and the boss at the foot of the peg.
+    tinted(
+      turned([
+        [rim, top + 0.0005],
+        [rim - 0.0006, top + 0.0012],
+        [rim - 0.0022, top + 0.0012],
+        [rim - 0.0028, top + 0.0005]
       ]),
       color.clone().multiplyScalar(0.82)
     ),
@@ -197,7 +208,7 @@ export function trayGeometry(
   const inside = color.clone().multiplyScalar(0.72);
   const parts = [tinted(upper, color), tinted(lower, color.clone().multiplyScalar(0.85))];
   for (const p of pockets) {
-    // From the floor outwards and up, so that its faces look into the pocket.
+    // From the floor outwards and up, so that the faces point into the pocket.
     parts.push(
       tinted(
         turned(
@@ -225,7 +236,7 @@ function roundedRectangle(min: THREE.Vector3, max: THREE.Vector3, r: number): TH
   return shape;
 }
 
-/** Finger whose pad looks along -y from y = 0; it ends at z = 0 and reaches up to -height. */
+/** Finger with its pad at y = 0 facing -y; from z = 0 up to -height. */
 export function fingerGeometry(
   width: number,
   depth: number,

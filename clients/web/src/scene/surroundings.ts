@@ -1,4 +1,4 @@
-// Everything that does not move: floor, tables, the conveyor's frame; and the belt's texture, which does.
+// Fixed parts of the cell: floor, tables, conveyor frame; and the moving texture of the belt.
 import * as THREE from 'three';
 import type {CellLooks, ConveyorDescription} from '../protocol';
 import {place, toVector} from './convert';
@@ -6,7 +6,7 @@ import {painted, solid, surface} from './materials';
 import {segments, software} from './quality';
 import {merged, softBox, softCylinder, tinted} from './shapes';
 
-const kLegFrom = 0.3; // [m] height above which a wide box gets legs
+const kLegFrom = 0.3; // [m] height from which a wide box gets legs
 const kPattern_m = 0.24;
 
 function canvas(
@@ -62,7 +62,7 @@ function opticalTop(size: THREE.Vector3): THREE.Material {
   return surface({map: texture, roughness: 0.35, metalness: 0.45});
 }
 
-/** Tables and frames: boxes of the scene, with legs where they would float. */
+/** Tables and frames: boxes of the scene, with legs under raised ones. */
 export function makeFixed(looks: CellLooks): THREE.Group {
   const group = new THREE.Group();
   for (const box of looks.fixed) {
@@ -142,7 +142,7 @@ function legs(size: THREE.Vector3, height: number): THREE.Mesh {
   return solid(merged(parts), surface({vertexColors: true, roughness: 0.5, metalness: 0.4}));
 }
 
-/** The belt with its rollers and rails; its texture travels with it. */
+/** The belt with its rollers and rails; its texture moves with the belt. */
 export class Belt {
   readonly root = new THREE.Group();
   private readonly texture: THREE.CanvasTexture;

@@ -4,7 +4,7 @@ import {place, toVector} from './convert';
 import {solid, surface} from './materials';
 import {fingerGeometry, merged, softBox, softCylinder, tinted} from './shapes';
 
-/** A gripper or vacuum cup, on a robot's flange or wherever it is. */
+/** A gripper or vacuum cup, on a robot's flange or elsewhere. */
 export class ToolModel {
   readonly root = new THREE.Group();
   private readonly fingers: THREE.Mesh[] = [];
@@ -16,7 +16,7 @@ export class ToolModel {
     else this.buildFingers();
   }
 
-  /** `robot`: the one that has it. */
+  /** `robot`: the robot that carries it. */
   update(state: ToolState, robot: RobotState | undefined): void {
     place(this.root, state.toolInWorld);
     const open = this.tool.gripper?.gapOpenM ?? 0;
@@ -32,7 +32,7 @@ export class ToolModel {
     return mesh;
   }
 
-  /** Palm, and the part between it and the coupling. */
+  /** Palm and mount between palm and coupling. */
   private buildBody(): void {
     const palm = toVector(this.tool.palm?.sizeM);
     const middle = toVector(this.tool.palm?.centreM).z;

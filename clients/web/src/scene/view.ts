@@ -3,6 +3,7 @@ import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
 import {RoomEnvironment} from 'three/examples/jsm/environments/RoomEnvironment.js';
 import type {CellDescription, Snapshot} from '../protocol';
 import type {State} from '../state';
+import type {CellView, Layers, Pick} from './cell_view';
 import {looksDifferent} from './changes';
 import {Contacts} from './contacts';
 import {toQuaternion, toVector} from './convert';
@@ -10,6 +11,7 @@ import {Fineness} from './fineness';
 import {cornersOf, fitted, kUp, type Picture} from './framing';
 import {Goals} from './goals';
 import {makeRenderer, type SurfaceMaterial} from './materials';
+import {NameLabels} from './name_labels';
 import {Cameras, LightCurtain, PhotoEyes, Trail} from './overlays';
 import {Parts} from './parts';
 import {adaptive, software} from './quality';
@@ -20,24 +22,12 @@ import {ToolModel} from './tool_model';
 
 export const kRobotColors = [0xf5b82e, 0x3f8efc, 0x37d67a, 0xd64550];
 
-export interface Layers {
-  groups: boolean;
-  contacts: boolean;
-  trails: boolean;
-  targets: boolean;
-  cameras: boolean;
-  curtain: boolean;
-}
-export type Pick =
-  | {kind: 'body'; index: number}
-  | {kind: 'robot'; index: number}
-  | {kind: 'fixed'; name: string}
-  | {kind: 'belt'};
-
 const kBackground = {dark: 0x171c24, light: 0xe6eaef};
 const kStill_ms = 700;
 const kFirstDirection = new THREE.Vector3(1.0, -1.02, 0.72);
-/** Where a robot is looked at from: to the side of its front, and above [rad]; the first that is clear. */
+/** Turns of that direction about the vertical [rad], to see past posts. */
+const kFirstTurns = [0, 0.15, -0.15, 0.3, -0.3, 0.45, -0.45, 0.6, -0.6];
+/** Directions from which a robot is viewed: aside of its front, above [rad]; the first clear one is used. */
 const kLookFrom = [
   [0.55, 0.4],
   [-0.55, 0.4],
@@ -47,11 +37,13 @@ const kLookFrom = [
   [-0.9, 0.5],
   [0, 0.95]
 ] as const;
-const kStray_m = 1; // a body so far from all else has been lost
+const kStray_m = 1; // distance from which a body counts as lost
 
-/** The cell in three dimensions. Draws when something has changed, and less finely on slow machines. */
-export class View {
+/** The cell in three dimensions. Draws after changes only, and less finely on slow machines. */
+export class View implements CellView {
+  readonly draws = true;
   readonly layers: Layers = {
+    names: false,
     groups: false,
     contacts: false,
     trails: true,
@@ -83,10 +75,11 @@ export class View {
   private readonly highlight = new THREE.BoxHelper(new THREE.Object3D(), 0xffffff);
   private selected: THREE.Object3D | null = null;
   private marks: RobotMarks | null = null;
+  private names: NameLabels | null = null;
   private fixed: THREE.Group | undefined;
-  private unframed = false; // a cell has come whose things are not in their places yet
+  private unframed = false; // a new cell has not been placed and framed yet
   private fogFrom = 6;
-  private framed = ''; // the scene whose first view has been shown
+  private framed = ''; // scene whose initial view has been shown
   private atHome = true;
   private dirty = true;
   private readonly fineness: Fineness;
@@ -98,6 +91,7 @@ export class View {
   private size = '';
   private taken: Snapshot | null = null;
   private loading = 0;
+  private readonly lost = document.createElement('p');
 
   constructor(
     private readonly container: HTMLElement,
@@ -135,6 +129,7 @@ export class View {
     this.fineness = new Fineness(software ? 0.8 : Math.min(devicePixelRatio, 2), adaptive);
     this.setTheme(true);
     this.listenForPicks();
+    this.listenForContextLoss();
     state.cellChanged.on((cell) => this.build(cell));
     state.snapshotChanged.on((snapshot) => {
       const {taken} = this;
@@ -167,9 +162,9 @@ export class View {
     if (this.state.snapshot) this.take(this.state.snapshot);
   }
 
-  /** The view as it is now, as a file of PNG. */
+  /** The current picture as PNG. */
   async picturePng(): Promise<Blob> {
-    // What the screen shows may be gone from the buffer already.
+    // The drawing buffer may have been cleared already.
     this.render();
     const canvas = this.renderer.domElement;
     const blob = await new Promise<Blob | null>((resolve) => canvas.toBlob(resolve, 'image/png'));
@@ -177,7 +172,7 @@ export class View {
     return blob;
   }
 
-  /** What is drawn from now on, for a film. */
+  /** Stream of the following pictures, for a film. */
   film(rate_hz: number): MediaStream {
     this.dirty = true;
     return this.renderer.domElement.captureStream(rate_hz);
@@ -188,13 +183,48 @@ export class View {
     this.dirty = true;
   }
 
-  /** The first view: everything in the picture, from the near side, a little from above. */
+  /** The initial view: everything in the picture, from the near side, a little from above. */
   goHome(): void {
     this.atHome = true;
-    this.lookAt(this.everything(), kFirstDirection);
+    const points = this.everything();
+    let best = {hidden: Infinity, towards: kFirstDirection};
+    for (const turn of kFirstTurns) {
+      const towards = kFirstDirection.clone().applyAxisAngle(kUp, turn);
+      const {eye, target} = fitted(points, towards, this.picture());
+      const hidden = this.hiddenByPosts(eye, target);
+      if (hidden < best.hidden) best = {hidden, towards};
+      if (hidden === 0) break;
+    }
+    this.lookAt(points, best.towards);
   }
 
-  /** Looks at the front of a robot: from where its tool is, past what stands in the way. */
+  /** Number of robots and bodies that a post of the light curtain covers in the picture from `eye`. */
+  private hiddenByPosts(eye: THREE.Vector3, target: THREE.Vector3): number {
+    const camera = this.camera.clone();
+    camera.position.copy(eye);
+    camera.lookAt(target);
+    camera.updateMatrixWorld();
+    const outline = (object: THREE.Object3D): {box: THREE.Box2; distance: number} => {
+      const corners = cornersOf(object);
+      const distance = Math.min(...corners.map((corner) => corner.distanceTo(eye)));
+      const box = new THREE.Box2();
+      for (const corner of corners) {
+        const {x, y} = corner.project(camera);
+        box.expandByPoint(new THREE.Vector2(x, y));
+      }
+      return {box, distance};
+    };
+    const posts = (this.curtain?.posts ?? []).map(outline);
+    if (posts.length === 0) return 0;
+    const work = [...this.robots.map((robot) => robot.root), ...(this.parts?.meshes ?? [])];
+    return work
+      .map(outline)
+      .filter(({box, distance}) =>
+        posts.some((post) => post.distance < distance && post.box.intersectsBox(box))
+      ).length;
+  }
+
+  /** Turns the view to the front of a robot, from the side of its tool, past obstacles. */
   focusRobot(index: number): void {
     const robot = this.state.cell?.robots[index],
       model = this.robots[index],
@@ -202,7 +232,7 @@ export class View {
     if (!robot || !model || !tool) return;
     const base = toVector(robot.baseInWorld?.positionM);
     const front = toVector(tool.positionM).sub(base).setZ(0);
-    // A tool over the base has no side: the base's x axis then.
+    // A tool above the base has no side: use the base's x axis.
     if (front.length() < 0.1)
       front.set(1, 0, 0).applyQuaternion(toQuaternion(robot.baseInWorld)).setZ(0);
     const points = cornersOf(model.root);
@@ -224,13 +254,13 @@ export class View {
     this.lookAt(points, best.towards);
   }
 
-  /** How many of the points something other than `self` hides. */
+  /** Number of the points that objects other than `self` hide. */
   private hidden(eye: THREE.Vector3, points: THREE.Vector3[], self: THREE.Object3D): number {
     const others: THREE.Object3D[] = [];
     for (const root of [...this.robots.map((robot) => robot.root), this.belt?.root, this.fixed])
       if (root && root !== self) others.push(root);
     const ray = new THREE.Raycaster();
-    // Some of many are enough.
+    // Sample of the points.
     const every = Math.ceil(points.length / 24);
     return points.filter((point, i) => {
       if (i % every !== 0) return false;
@@ -257,7 +287,7 @@ export class View {
     if (points.length === 0) return;
     const {eye, target} = fitted(points, towards, this.picture());
     const distance = eye.distanceTo(target);
-    // Far enough away and yet not in the fog.
+    // Allow this distance, and start the fog behind it.
     this.controls.maxDistance = Math.max(12, 1.5 * distance);
     this.fogFrom = Math.max(6, 1.5 * distance);
     this.setFog();
@@ -266,12 +296,12 @@ export class View {
     this.camera.position.copy(eye);
     this.controls.target.copy(target);
     this.controls.update();
-    // What is picked or marked before the next picture is seen from here too.
+    // Picks and marks before the next picture need the new matrices.
     this.camera.updateMatrixWorld();
     this.dirty = true;
   }
 
-  /** Corners of all that the cell has, without what has been lost. */
+  /** Corners of the whole cell, without bodies that have fallen out of it. */
   private everything(): THREE.Vector3[] {
     const points: THREE.Vector3[] = [];
     for (const root of [
@@ -295,6 +325,24 @@ export class View {
     this.dirty = true;
   }
 
+  /** three.js restores its own state, but not what was rendered once: reflections and shadows. */
+  private listenForContextLoss(): void {
+    const canvas = this.renderer.domElement;
+    this.lost.className = 'blank';
+    this.lost.hidden = true;
+    this.lost.textContent =
+      'The browser has lost the graphics context of the 3D view and will restore it when it can.';
+    this.container.append(this.lost);
+    canvas.addEventListener('webglcontextlost', () => (this.lost.hidden = false));
+    canvas.addEventListener('webglcontextrestored', () => {
+      this.lost.hidden = true;
+      this.shadowDue = 0;
+      this.refined = false;
+      if (this.scene.environment) this.addReflections();
+      this.dirty = true;
+    });
+  }
+
   private makeLights(): void {
     this.sun.castShadow = true;
     this.sun.shadow.mapSize.setScalar(software ? 1024 : 2048);
@@ -311,7 +359,7 @@ export class View {
     });
   }
 
-  /** Reflections cost a moment to prepare, so they come after the first picture. */
+  /** Reflections take time to prepare, so they follow after the first picture. */
   private addReflections(): void {
     const generator = new THREE.PMREMGenerator(this.renderer);
     this.scene.environment = generator.fromScene(new RoomEnvironment(), 0.04).texture;
@@ -361,12 +409,18 @@ export class View {
     this.scene.add(this.content);
     this.marks?.remove();
     this.marks = new RobotMarks(this.container, cell, this.robots);
+    this.names?.remove();
+    this.names = new NameLabels(this.container, cell, {
+      robots: this.robots.map((robot) => robot.root),
+      tools: this.tools.map((tool) => tool.root),
+      bodies: this.parts.meshes
+    });
     this.applyLayers();
     this.select(null);
     this.unframed = true;
   }
 
-  /** Where the light comes from, and the first view of a scene that has not been seen yet. */
+  /** Sets the light, and the initial view of a new scene. */
   private frame(cell: CellDescription): void {
     const bounds = new THREE.Box3().setFromPoints(this.everything());
     if (bounds.isEmpty()) bounds.expandByPoint(new THREE.Vector3(0, 0, 1));
@@ -381,7 +435,7 @@ export class View {
     this.unframed = false;
   }
 
-  /** What explains the cell comes after the first picture of it. */
+  /** Overlays follow after the first picture. */
   private applyLayers(): void {
     const show = (object: THREE.Object3D | undefined, on: boolean): void => {
       if (object) object.visible = on && this.shown;
@@ -392,6 +446,7 @@ export class View {
     show(this.eyes?.root, this.layers.curtain);
     show(this.curtain?.root, this.layers.curtain);
     for (const trail of this.trails) show(trail.line, this.layers.trails);
+    this.names?.show(this.layers.names && this.shown);
     this.dirty = true;
   }
 
@@ -412,7 +467,7 @@ export class View {
     this.dirty = true;
   }
 
-  /** Each where it is, as a part of the robot that has it. */
+  /** Moves each tool, attached to the robot that carries it. */
   private placeTools(snapshot: Snapshot): void {
     snapshot.tools.forEach((state, i) => {
       const tool = this.tools[i];
@@ -428,7 +483,7 @@ export class View {
     });
   }
 
-  /** A first picture is on the screen. */
+  /** Whether the first picture is on the screen. */
   private get shown(): boolean {
     return this.container.dataset.frames !== undefined;
   }
@@ -482,11 +537,11 @@ export class View {
 
   private loop(now: number): void {
     requestAnimationFrame((next) => this.loop(next));
-    // The browser calls again once it has room for another picture: that is what drawing takes.
+    // The browser calls again when the picture is done: this interval is the drawing time.
     if (this.drawn && this.shown) this.adapt(now - this.last, now);
     else if (this.drawn) this.begunToShow();
     this.last = now;
-    // Where drawing is slow, as much time again is left to others.
+    // Where drawing is slow, pause as long as a picture takes.
     const rested = now - this.begun >= (this.fineness.slow ? 2 * this.fineness.frame_ms : 0);
     this.drawn = this.dirty && rested && !document.hidden;
     if (!this.drawn) return void (!this.dirty && now - this.begun > kStill_ms && this.refine());
@@ -495,7 +550,7 @@ export class View {
     const first = !this.shown;
     if (!this.taken || (first && this.loading > 0)) return void (this.drawn = false);
     if (this.unframed && this.loading === 0 && this.state.cell) this.frame(this.state.cell);
-    // Shadows come after the first picture, and are drawn anew less often where drawing takes long.
+    // Shadows follow after the first picture, and less often where drawing is slow.
     this.renderer.shadowMap.needsUpdate = !first && now >= this.shadowDue;
     if (!first && now >= this.shadowDue) this.shadowDue = now + (this.fineness.slow ? 600 : 0);
     this.begun = now;
@@ -504,10 +559,12 @@ export class View {
 
   private render(): void {
     this.renderer.render(this.scene, this.camera);
-    this.marks?.place(this.camera, this.container.clientWidth, this.container.clientHeight);
+    const {clientWidth: w, clientHeight: h} = this.container;
+    this.marks?.place(this.camera, w, h);
+    this.names?.place(this.camera, w, h);
   }
 
-  /** The first picture, robots and all, is on the screen. */
+  /** Called once the first picture, with the robots, is on the screen. */
   private begunToShow(): void {
     this.container.dataset.frames = 'drawn';
     this.applyLayers();
@@ -515,7 +572,7 @@ export class View {
     if (!software) setTimeout(() => this.addReflections(), 250);
   }
 
-  /** One finer picture of what has come to rest, where moving pictures are coarse. */
+  /** Draws one finer picture once nothing moves, where moving pictures are coarse. */
   private refine(): void {
     const {finest, ratio} = this.fineness;
     if (this.refined || !(software || ratio < finest) || !this.shown) return;
@@ -533,7 +590,7 @@ export class View {
     this.renderer.setDrawingBufferSize(w, h, ratio);
   }
 
-  /** Draws at as many points as there is time for, and asks for fewer states where there is little. */
+  /** Adapts the resolution, and the rate of requested states, to the drawing time. */
   private adapt(took_ms: number, now: number): void {
     if (this.fineness.took(took_ms, now)) this.setFineness(this.fineness.ratio, false);
     const {frame_ms} = this.fineness;

@@ -1,9 +1,9 @@
-// Controls that command the cell: disabled, with the reason, while that is not permitted.
+// Controls that command the cell; disabled, with the reason, while that is not permitted.
 import type {State} from '../state';
 import {h, notify} from './dom';
 import {units} from './units';
 
-/** What a viewer may do; each may also do what those before it may. */
+/** Roles of viewers; each role includes the previous ones. */
 export type Role = 'operate' | 'inject' | 'admin';
 
 type Control = HTMLButtonElement | HTMLInputElement | HTMLSelectElement | HTMLFieldSetElement;
@@ -26,8 +26,8 @@ export class Access {
   }
 
   /**
-   * Guards a control of those that have a role. `own` is a further reason against it; empty when there
-   * is none. `inPast`: it may be used while the past is shown.
+   * Enables a control for viewers with a role only. `own` returns a further reason to disable it, or
+   * an empty text. `inPast`: the control works while the past is shown.
    */
   guard<T extends Control>(
     control: T,
@@ -40,14 +40,14 @@ export class Access {
     return control;
   }
 
-  /** Forgets controls that have left the page. */
+  /** Forgets controls that were removed from the page. */
   prune(): void {
     for (let i = this.controls.length; i-- > 0; ) {
       if (!this.controls[i]!.control.isConnected) this.controls.splice(i, 1);
     }
   }
 
-  /** Sends a command and says why when it is refused. */
+  /** Sends a command and shows the reason of a refusal. */
   async command(body: Parameters<State['connection']['request']>[0]): Promise<boolean> {
     try {
       await this.state.connection.request(body);

@@ -1,29 +1,29 @@
-// Strip charts of any signal over simulated time.
-import uPlot from 'uplot';
-import {column, History, PastRecording, type Recording} from '../history';
-import type {Snapshot} from '../protocol';
-import {simTime, type State} from '../state';
-import {button, card, download, h, notify, text} from './dom';
+// Charts of any signals over simulated time: live, paused, zoomed, and back to where the daemon's
+// history begins.
+import {column, SignalRecord, type Recording} from '../history';
+import type {PastQuery} from '../past';
+import type {HistorySpan, Snapshot} from '../protocol';
+import {simTime, stepSize, type State} from '../state';
+import {Chart, type ChartHost, type Range} from './chart';
+import {button, card, download, h, text} from './dom';
 import {signalsOf, type ChartSignal} from './signals';
 import {suggest} from './suggest';
 
-const kSpan_s = 60;
-const kMaxPoints = 4000;
-const kPastSpan_s = 6; // around a moment of the past
+const kSpans_s = [10, 60, 600];
+const kLeastSpan_s = 1; // that is shown at the start of a run
 const kMaxCharts = 6;
 const kDrawPeriod_ms = 100;
-const kColors = ['#f5b82e', '#3f8efc', '#37d67a', '#ff6b81', '#b88cff', '#2bd4d4'];
+const kFine_s = 60; // live rows of this last while are all kept
+const kCoarse_s = 0.1; // from row to row before that
+const kThinEvery = 300; // rows
+const kPoints = 400; // that the daemon is asked for over the width of a chart
+const kMaxEpochs = 4; // that are recorded
+const kRetry_ms = 2000; // after a query that failed
 
-interface Strip {
-  signal: ChartSignal;
-  index: number; // of the signal
-  plot: uPlot;
-  element: HTMLElement;
-  reading: HTMLElement;
-}
-
-export class ChartPanel {
+export class ChartPanel implements ChartHost {
   readonly element = h('div', {class: 'panel charts'});
+  /** Asks for a moment to be shown, of the epoch that the charts show. */
+  onMoment: (epoch: bigint, time_s: number) => void = () => {};
   private readonly list = h('div', {class: 'strips'});
   private readonly choice = h('input', {
     type: 'search',
@@ -33,100 +33,216 @@ export class ChartPanel {
     'data-testid': 'chart-choice'
   });
   private readonly names = h('datalist', {id: 'signals'});
+  private readonly target = h('select', {
+    'aria-label': 'Chart to add the signal to',
+    'data-testid': 'chart-target'
+  });
+  private readonly span = h(
+    'select',
+    {'aria-label': 'Span of time', title: 'Span of simulated time', 'data-testid': 'chart-span'},
+    ...kSpans_s.map((span) =>
+      h('option', {value: span}, span < 60 ? `${span} s` : `${span / 60} min`)
+    )
+  );
   private readonly complaint = h('p', {
     class: 'complaint',
     role: 'alert',
     'data-testid': 'chart-complaint'
   });
-  private readonly pauseButton = button('Pause', () => this.pause());
+  private readonly pauseButton = button('Pause', () => this.pause(), {
+    'data-testid': 'chart-pause'
+  });
   private signals: ChartSignal[] = [];
-  private strips: Strip[] = [];
-  private history = new History([], kSpan_s, kMaxPoints);
-  private frozen: Recording | null = null; // what is shown while paused
-  private past: {epoch: bigint; record: PastRecording} | null = null;
+  private charts: Chart[] = [];
+  private records = new Map<bigint, SignalRecord>();
+  private fixed: Range | null = null; // paused or zoomed
   private drawn = 0;
+  private added = 0;
+  private failed = -Infinity; // when a query failed
 
   constructor(private readonly state: State) {
+    this.span.value = '60';
+    this.span.addEventListener('change', () => this.zoom(null));
     this.choice.addEventListener('change', () => this.choose(this.choice.value));
     this.choice.addEventListener('input', () => this.complaint.replaceChildren());
     this.element.append(
       card(
-        'Strip charts',
+        'Charts',
+        h('div', {class: 'row'}, this.choice, this.names, 'in', this.target),
         h(
           'div',
           {class: 'row'},
-          this.choice,
-          this.names,
+          this.span,
+          button('−', () => this.scale(2), {'aria-label': 'Zoom out', title: 'Zoom out'}),
+          button('+', () => this.scale(0.5), {
+            'aria-label': 'Zoom in',
+            title: 'Zoom in; or drag over a chart, or turn the wheel with Ctrl',
+            'data-testid': 'chart-zoom-in'
+          }),
           this.pauseButton,
-          button('CSV', () => this.save(), {title: 'Saves what the charts hold'})
+          button('CSV', () => this.save(), {title: 'Save the shown values'})
         ),
         this.complaint,
         this.list
       )
     );
-    state.cellChanged.on((cell) => {
-      this.signals = signalsOf(cell);
-      this.history = new History(this.signals, kSpan_s, kMaxPoints);
-      this.past = null;
-      this.names.replaceChildren(...this.signals.map((s) => h('option', {value: s.name})));
-      const names = this.strips.length
-        ? this.strips.map((s) => s.signal.name)
-        : [
-            `${cell.robots[0]?.name} tool z`,
-            `${cell.robots[0]?.name} gripper force 1`,
-            'step time'
-          ];
-      this.clear();
-      for (const name of names) {
-        const signal = this.signals.find((s) => s.name === name);
-        if (signal) this.add(signal);
-      }
-    });
+    state.cellChanged.on(() => this.build());
     state.snapshotChanged.on((snapshot) => this.take(snapshot));
-    state.pastChanged.on((past) => this.lookBack(past));
-    state.pastRead.on((past) => this.keep(past));
+    state.pastChanged.on(() => this.drawSoon());
+    state.spansChanged.on(() => state.pastReader.wake());
+    state.pastReader.background = () => this.nextQuery();
     new ResizeObserver(() => {
-      this.strips.forEach((s) => s.plot.setSize({width: this.width(), height: 130}));
+      this.charts.forEach((chart) => chart.resize());
       this.draw();
+      state.pastReader.wake();
     }).observe(this.list);
   }
 
-  private width(): number {
-    return Math.max(200, this.list.clientWidth - 2);
+  // ---- what the charts ask for
+
+  get range(): Range {
+    if (this.fixed) return this.fixed;
+    const {snapshot, past} = this.state;
+    const now = snapshot ? simTime(snapshot) : 0;
+    const span = Number(this.span.value);
+    if (past) return {from_s: now - span / 2, to_s: now + span / 2};
+    const from_s = Math.max(now - span, Math.min(this.oldest_s, now - kLeastSpan_s));
+    return {from_s, to_s: now};
   }
 
-  private get shown(): Recording {
+  /** When the values begin that the daemon keeps or this page has recorded. */
+  private get oldest_s(): number {
+    const recorded = this.record?.times[0] ?? Infinity;
+    const {kept} = this;
+    return kept ? Math.min(recorded, Number(kept.firstStep) * stepSize(this.state.cell)) : recorded;
+  }
+
+  private get kept(): HistorySpan | undefined {
+    return this.state.spans.find(({epoch}) => epoch === this.state.snapshot?.epoch);
+  }
+
+  get recording(): Recording {
+    const {from_s, to_s} = this.range;
+    return this.record?.between(from_s, to_s) ?? {times: [], rows: []};
+  }
+
+  get moment(): ChartHost['moment'] {
     const {past} = this.state;
-    if (past && this.past) {
-      const now = simTime(past);
-      return this.past.record.between(now - kPastSpan_s / 2, now + kPastSpan_s / 2);
+    return past && {time_s: simTime(past), value: (signal) => signal.read(past)};
+  }
+
+  indexOf(signal: ChartSignal): number {
+    return this.signals.indexOf(signal);
+  }
+
+  goTo(time_s: number): void {
+    const {snapshot} = this.state;
+    if (snapshot) this.onMoment(snapshot.epoch, Math.max(0, time_s));
+  }
+
+  /** Null: the chosen span again, up to now. */
+  zoom(range: Range | null): void {
+    const least_s = 10 * stepSize(this.state.cell);
+    this.fixed = range && range.to_s - range.from_s >= least_s ? range : range && this.range;
+    text(this.pauseButton, this.fixed ? 'Follow' : 'Pause');
+    this.draw();
+    this.state.pastReader.wake();
+  }
+
+  remove(chart: Chart): void {
+    chart.destroy();
+    this.charts = this.charts.filter((other) => other !== chart);
+    this.offerTargets();
+  }
+
+  private scale(factor: number): void {
+    const {from_s, to_s} = this.range;
+    const half = (factor * (to_s - from_s)) / 2,
+      middle = (from_s + to_s) / 2;
+    // Live charts keep their right edge.
+    if (this.fixed || this.state.past) this.zoom({from_s: middle - half, to_s: middle + half});
+    else this.zoom({from_s: to_s - 2 * half, to_s});
+  }
+
+  private pause(): void {
+    this.zoom(this.fixed ? null : this.range);
+  }
+
+  // ---- signals
+
+  private build(): void {
+    const {cell} = this.state;
+    if (!cell) return;
+    this.signals = signalsOf(cell);
+    this.records.clear();
+    this.fixed = null;
+    text(this.pauseButton, 'Pause');
+    this.names.replaceChildren(...this.signals.map((s) => h('option', {value: s.name})));
+    const groups = this.charts.length
+      ? this.charts.map((chart) => chart.signals.map((s) => s.name))
+      : [
+          cell.robots.map(({name}) => `${name} tool z`),
+          [1, 2].map((finger) => `${cell.robots[0]?.name} gripper force ${finger}`),
+          ['step time']
+        ];
+    this.charts.forEach((chart) => chart.destroy());
+    this.charts = [];
+    for (const names of groups) {
+      const found = names
+        .map((name) => this.signals.find((s) => s.name === name))
+        .filter((s): s is ChartSignal => s !== undefined);
+      if (found.length === 0) continue;
+      const chart = this.newChart();
+      for (const signal of found) chart.add(signal);
     }
-    return this.frozen ?? this.history.live;
+    this.offerTargets();
   }
 
-  private clear(): void {
-    this.strips.forEach((s) => s.plot.destroy());
-    this.strips = [];
-    this.list.replaceChildren();
+  private newChart(): Chart {
+    const chart = new Chart(this, this.charts.length);
+    this.list.append(chart.element);
+    this.charts.push(chart);
+    return chart;
   }
 
-  /** Adds the signal of this name; says so when there is none, and which there are. */
+  private offerTargets(): void {
+    const before = this.target.value;
+    this.target.replaceChildren(
+      h('option', {value: ''}, 'new chart'),
+      ...this.charts.map((_, i) => h('option', {value: i}, `chart ${i + 1}`))
+    );
+    this.target.value = Number(before) < this.charts.length ? before : '';
+  }
+
+  /** Adds the signal of this name; an unknown name gets suggestions. */
   private choose(typed: string): void {
     const name = typed.trim().toLowerCase();
     this.complaint.replaceChildren();
     if (!name) return;
     const signal = this.signals.find((s) => s.name.toLowerCase() === name);
-    if (signal) {
-      this.add(signal);
-      this.choice.value = '';
-      return;
-    }
+    if (!signal) return this.suggest(typed.trim());
+    const problem = this.add(signal);
+    text(this.complaint, problem);
+    if (!problem) this.choice.value = '';
+  }
+
+  private add(signal: ChartSignal): string {
+    const chosen = this.charts[this.target.value === '' ? -1 : Number(this.target.value)];
+    if (chosen) return chosen.add(signal);
+    if (this.charts.length >= kMaxCharts)
+      return `There are at most ${kMaxCharts} charts; add to one of them or remove one.`;
+    const problem = this.newChart().add(signal);
+    this.offerTargets();
+    return problem;
+  }
+
+  private suggest(typed: string): void {
     const meant = suggest(
-      name,
+      typed.toLowerCase(),
       this.signals.map((s) => s.name)
     );
     this.complaint.append(
-      `There is no signal “${typed.trim()}”.`,
+      `There is no signal “${typed}”.`,
       ...(meant.length ? [' Did you mean '] : [' Try a robot’s name, “belt”, “tool”, “J1”.']),
       ...meant.flatMap((other, i) => [
         i === 0 ? '' : i === meant.length - 1 ? ' or ' : ', ',
@@ -136,148 +252,85 @@ export class ChartPanel {
     );
   }
 
-  private add(signal: ChartSignal): void {
-    if (this.strips.some((s) => s.signal === signal)) return;
-    if (this.strips.length >= kMaxCharts)
-      return notify(`At most ${kMaxCharts} charts at once; remove one first.`, 'error');
-    const color = kColors[this.strips.length % kColors.length]!;
-    const holder = h('div', {class: 'plot'});
-    const reading = h('output', {'data-testid': `reading ${signal.name}`});
-    const axis = {
-      stroke: '#8b98a8',
-      grid: {stroke: 'rgba(139,152,168,.18)', width: 1},
-      ticks: {show: false},
-      font: '11px system-ui'
-    };
-    const element = h(
-      'figure',
-      {class: 'strip'},
-      h(
-        'figcaption',
-        {},
-        h('span', {}, `${signal.name}${signal.unit ? ` [${signal.unit}]` : ''}`),
-        reading,
-        button('×', () => this.remove(strip), {
-          class: 'icon',
-          'aria-label': `Remove ${signal.name}`
-        })
-      ),
-      holder
-    );
-    this.list.append(element);
-    const plot = new uPlot(
-      {
-        width: this.width(),
-        height: 130,
-        legend: {show: false},
-        cursor: {y: false, sync: {key: 'charts'}},
-        scales: {x: {time: false}},
-        axes: [
-          {...axis, size: 24},
-          {...axis, size: 52}
-        ],
-        series: [{}, {stroke: color, width: 1.6, points: {show: false}}],
-        hooks: {setCursor: [() => this.read(strip)], draw: [(plot) => this.mark(plot)]}
-      },
-      [[], []],
-      holder
-    );
-    const strip: Strip = {signal, index: this.signals.indexOf(signal), plot, element, reading};
-    this.strips.push(strip);
-    this.show(strip);
-  }
+  // ---- values
 
-  private remove(strip: Strip): void {
-    strip.plot.destroy();
-    strip.element.remove();
-    this.strips = this.strips.filter((s) => s !== strip);
-  }
-
-  /** The charts show what was around that moment. */
-  private lookBack(past: Snapshot | null): void {
-    if (!past) this.past = null;
-    else this.keep(past);
-    if (performance.now() - this.drawn >= kDrawPeriod_ms) this.draw();
-    else window.setTimeout(() => this.draw(), kDrawPeriod_ms);
-  }
-
-  private keep(past: Snapshot): void {
-    if (!this.state.past) return;
-    if (this.past?.epoch !== past.epoch) {
-      const live = this.state.live?.epoch === past.epoch;
-      this.past = {
-        epoch: past.epoch,
-        record: new PastRecording(this.signals, live ? this.history.copy() : {times: [], rows: []})
-      };
-    }
-    this.past.record.add(simTime(past), past);
-    this.draw();
+  private get record(): SignalRecord | undefined {
+    const {snapshot} = this.state;
+    return snapshot ? this.records.get(snapshot.epoch) : undefined;
   }
 
   private take(snapshot: Snapshot): void {
-    if (this.state.past) return;
-    this.history.take(simTime(snapshot), snapshot);
-    if (performance.now() - this.drawn >= kDrawPeriod_ms && !this.frozen) this.draw();
+    const record = this.recordOf(snapshot.epoch);
+    record.add(simTime(snapshot), snapshot);
+    const {past, live} = this.state;
+    if (!past && live?.epoch === snapshot.epoch && ++this.added % kThinEvery === 0) {
+      const now = simTime(snapshot);
+      record.thin(now - 1.1 * kSpans_s[kSpans_s.length - 1]!, now - kFine_s, kCoarse_s);
+    }
+    if (!this.fixed || past) this.drawSoon();
+  }
+
+  private recordOf(epoch: bigint): SignalRecord {
+    let record = this.records.get(epoch);
+    if (!record) {
+      record = new SignalRecord(this.signals);
+      this.records.set(epoch, record);
+      if (this.records.size > kMaxEpochs) this.records.delete(this.records.keys().next().value!);
+    }
+    return record;
+  }
+
+  /** The moment that the charts lack most, as long as they are seen. */
+  private nextQuery(): PastQuery | null {
+    const {snapshot, cell} = this.state;
+    if (!snapshot || !this.element.offsetParent) return null;
+    if (performance.now() - this.failed < kRetry_ms) return null;
+    const {epoch} = snapshot;
+    const {kept} = this;
+    if (!kept) return null;
+    const step_s = stepSize(cell),
+      {from_s, to_s} = this.range;
+    const gap_s = this.recordOf(epoch).longestGap(
+      Math.max(from_s, Number(kept.firstStep) * step_s),
+      Math.min(to_s, Number(kept.lastStep) * step_s),
+      Math.max(4 * step_s, (to_s - from_s) / kPoints)
+    );
+    if (gap_s === null) return null;
+    const step = BigInt(Math.ceil(gap_s / step_s - 1e-6));
+    return {
+      moment: {epoch, step},
+      use: (past) => {
+        if (!past?.snapshot || !this.state.isOfSceneShown(past)) {
+          this.failed = performance.now();
+          return;
+        }
+        this.recordOf(epoch).add(simTime(past.snapshot), past.snapshot);
+        this.drawSoon();
+      }
+    };
+  }
+
+  private drawSoon(): void {
+    if (performance.now() - this.drawn >= kDrawPeriod_ms) this.draw();
+    else
+      window.setTimeout(
+        () => performance.now() - this.drawn >= kDrawPeriod_ms && this.draw(),
+        kDrawPeriod_ms
+      );
   }
 
   private draw(): void {
     if (!this.element.offsetParent) return;
     this.drawn = performance.now();
-    this.strips.forEach((strip) => this.show(strip));
-  }
-
-  private show(strip: Strip): void {
-    strip.plot.setData([this.shown.times, column(this.shown, strip.index)]);
-    this.read(strip);
-  }
-
-  /** A line at the moment of the past that is shown. */
-  private mark(plot: uPlot): void {
-    const {past} = this.state;
-    if (!past) return;
-    const x = Math.round(plot.valToPos(simTime(past), 'x', true)),
-      {top, height} = plot.bbox;
-    plot.ctx.save();
-    plot.ctx.strokeStyle = '#6cb6ff';
-    plot.ctx.lineWidth = 2;
-    plot.ctx.beginPath();
-    plot.ctx.moveTo(x, top);
-    plot.ctx.lineTo(x, top + height);
-    plot.ctx.stroke();
-    plot.ctx.restore();
-  }
-
-  /** The value under the cursor with its time, else the latest. */
-  private read(strip: Strip): void {
-    const [times, values] = strip.plot.data;
-    const {past} = this.state;
-    if (past && (strip.plot.cursor.left ?? -1) < 0) {
-      const value = strip.signal.read(past);
-      const number = Number.isFinite(value) ? tidy(value) : '–';
-      text(strip.reading, `${simTime(past).toFixed(3)} s: ${number} ${strip.signal.unit}`.trim());
-      return;
-    }
-    const at = strip.plot.cursor.idx;
-    const pointed = at !== null && at !== undefined && (strip.plot.cursor.left ?? -1) >= 0;
-    const value = values?.[pointed ? at : times.length - 1];
-    const number = value === null || value === undefined ? '–' : tidy(value);
-    const shown = `${number} ${strip.signal.unit}`.trim();
-    text(strip.reading, pointed ? `${times[at]!.toFixed(3)} s: ${shown}` : shown);
-  }
-
-  private pause(): void {
-    this.frozen = this.frozen ? null : this.history.copy();
-    text(this.pauseButton, this.frozen ? 'Go on' : 'Pause');
-    this.draw();
+    this.charts.forEach((chart) => chart.draw());
   }
 
   private save(): void {
-    const head = [
-      'time [s]',
-      ...this.strips.map((s) => s.signal.name + (s.signal.unit ? ` [${s.signal.unit}]` : ''))
-    ];
-    const columns = this.strips.map((s) => column(this.shown, s.index));
-    const lines = this.shown.times.map((t, i) =>
+    const {recording} = this;
+    const signals = [...new Set(this.charts.flatMap((chart) => chart.signals))];
+    const head = ['time [s]', ...signals.map((s) => s.name + (s.unit ? ` [${s.unit}]` : ''))];
+    const columns = signals.map((s) => column(recording, this.indexOf(s)));
+    const lines = recording.times.map((t, i) =>
       [t.toFixed(4), ...columns.map((values) => values[i]?.toPrecision(9) ?? '')].join(',')
     );
     download(
@@ -285,12 +338,4 @@ export class ChartPanel {
       new Blob([[head.join(','), ...lines].join('\n') + '\n'], {type: 'text/csv'})
     );
   }
-}
-
-/** Five digits that count, without powers of ten where they can be left out. */
-function tidy(value: number): string {
-  const size = Math.abs(value);
-  if (size !== 0 && (size < 1e-4 || size >= 1e6)) return value.toExponential(3);
-  const whole = size < 1 ? 1 : Math.floor(Math.log10(size)) + 1;
-  return value.toFixed(Math.max(0, 5 - whole));
 }

@@ -57,7 +57,7 @@ export class ConveyorPanel {
   private build(cell: CellDescription): void {
     const belt = cell.conveyor;
     if (!belt) {
-      this.element.replaceChildren(card('Conveyor', h('p', {}, 'This cell has none.')));
+      this.element.replaceChildren(card('Conveyor', h('p', {}, 'This cell has no conveyor.')));
       return;
     }
     this.speed.max = String(belt.maxSpeedMS);

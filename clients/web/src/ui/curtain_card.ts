@@ -1,4 +1,4 @@
-// The light curtain: its output, each beam, and a box to break beams with.
+// The light curtain: output, beams, and a button that breaks them.
 import type {CellDescription, Pose, Snapshot} from '../protocol';
 import {toMatrix} from '../scene/convert';
 import type {State} from '../state';
@@ -24,10 +24,14 @@ export class CurtainCard {
     access: Access
   ) {
     this.reach = access.guard(
-      button('Reach in', () => void access.command({case: 'intruder', value: this.intruder()}), {
-        title: 'Puts a box into the beams, as a person would break them',
-        'data-testid': 'reach'
-      }),
+      button(
+        'Break light curtain',
+        () => void access.command({case: 'intruder', value: this.intruder()}),
+        {
+          title: 'Place a box in the beams, as a person reaching in would',
+          'data-testid': 'reach'
+        }
+      ),
       undefined,
       false,
       'inject'
@@ -63,10 +67,10 @@ export class CurtainCard {
       const beam = this.beams.children[i] as HTMLElement | undefined;
       beam?.classList.toggle('broken', distance < curtain.rangeM);
     });
-    text(this.reach, snapshot.intruder ? 'Step back' : 'Reach in');
+    text(this.reach, snapshot.intruder ? 'Clear light curtain' : 'Break light curtain');
   }
 
-  /** A box in the middle of the beams, or none when there is one. */
+  /** A box in the middle of the beams; nothing where one is there already. */
   private intruder() {
     const curtain = this.state.cell?.lightCurtain;
     if (!curtain || this.state.snapshot?.intruder) return {};

@@ -19,7 +19,7 @@ export function h<K extends keyof HTMLElementTagNameMap>(
   return element;
 }
 
-/** Sets text only when it differs: the browser then has nothing to lay out. */
+/** Sets a text only where it differs, which saves the browser a layout. */
 export function text(element: Element, value: string): void {
   if (element.textContent !== value) element.textContent = value;
 }
@@ -55,7 +55,7 @@ export class Facts {
 
 let toasts: HTMLElement | null = null;
 
-/** A short notice; errors stay longer. */
+/** Shows a short notice; errors stay longer. */
 export function notify(message: string, kind: 'info' | 'error' = 'info'): void {
   toasts ??= document.body.appendChild(
     h('div', {class: 'toasts', role: 'status', 'aria-live': 'polite'})

@@ -1,9 +1,9 @@
-// What went wrong and what tripped, as the daemon keeps it: one line a cause, and a line of
-// simulated time.
+// Faults that the daemon has recorded: one entry a cause, and a timeline.
 import {FaultSeverity, type Fault, type FaultList, type Snapshot} from '../protocol';
 import {simTime, type State} from '../state';
 import {button, card, h} from './dom';
 import {saveIncident} from './incident';
+import {simSeconds, wallClock} from './time';
 import {units} from './units';
 
 const kSpan_s = 300;
@@ -24,7 +24,7 @@ export class FaultPanel {
   private readonly lanes = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
   private readonly note = h('small', {});
   private all: Fault[] = [];
-  private readonly cleared = new Map<bigint, bigint>(); // counts of those that this page has cleared
+  private readonly cleared = new Map<bigint, bigint>(); // cleared on this page, with their counts then
 
   constructor(private readonly state: State) {
     this.lanes.setAttribute('class', 'timeline');
@@ -40,12 +40,11 @@ export class FaultPanel {
           'div',
           {class: 'row'},
           button('Clear', () => this.clear(), {
-            title: 'Takes what no longer lasts from this page; the daemon keeps it'
+            title: 'Hide faults that are over; the daemon keeps them'
           }),
           button('Save this incident', () => void saveIncident(), {
             'data-testid': 'save-incident',
-            title:
-              'The last minute of simulated time as one file, which aprsim replay runs again anywhere'
+            title: 'Save the last minute of simulated time as a file for aprsim replay'
           })
         )
       )
@@ -54,7 +53,7 @@ export class FaultPanel {
     state.display.on((snapshot) => this.drawLanes(snapshot));
     units.changed.on(() => this.draw());
     state.accessChanged.on(() => {
-      // Of another daemon, perhaps, whose numbers start anew.
+      // A restarted daemon numbers its faults from the start.
       if (!state.connected) this.cleared.clear();
     });
   }
@@ -65,7 +64,7 @@ export class FaultPanel {
     this.draw();
   }
 
-  /** Those that last first, then the latest. */
+  /** Lasting faults first, then the latest. */
   private get shown(): Fault[] {
     const first = (fault: Fault): boolean => fault.holds && serious(fault);
     return this.all
@@ -94,7 +93,7 @@ export class FaultPanel {
     this.list.replaceChildren(
       ...(shown.length
         ? shown.map((fault) => this.line(fault))
-        : [h('li', {'data-kind': 'none'}, 'Nothing so far.')])
+        : [h('li', {'data-kind': 'none'}, 'No faults.')])
     );
   }
 
@@ -120,7 +119,7 @@ export class FaultPanel {
     if (!first || !last) return '';
     const now = this.state.snapshot?.epoch;
     const at = (time: typeof last): string =>
-      `${time.simTimeS.toFixed(3)} s${now !== undefined && time.epoch !== now ? ` of run ${time.epoch}` : ''}, ${new Date(time.timeS * 1000).toLocaleTimeString()}`;
+      `${simSeconds(time.simTimeS)}${now !== undefined && time.epoch !== now ? ` of run ${time.epoch}` : ''}, ${wallClock(time.timeS)}`;
     return fault.count > 1n ? `last ${at(last)}; first ${at(first)}` : at(last);
   }
 
@@ -161,15 +160,15 @@ export class FaultPanel {
       if (end < from) continue;
       const kind = kKinds[severity] ?? 'note',
         y = 20 * lane + 10;
-      // The last time, and on while it lasts; small, the first.
+      // A circle at the last occurrence, a line while it lasts, a small circle at the first one.
       make('circle', {cx: x(last.simTimeS), cy: y, r: kind === 'note' ? 3 : 5, class: kind});
       if (holds)
         make('line', {x1: x(last.simTimeS), x2: x(end), y1: y, y2: y, class: `${kind} span`});
       if (first && first.epoch === last.epoch && first.simTimeS >= from)
         make('circle', {cx: x(first.simTimeS), cy: y, r: 3, class: kind});
     }
-    make('text', {x: left, y: height - 2, class: 'axis'}, `${from.toFixed(0)} s`);
-    make('text', {x: width - 8, y: height - 2, class: 'axis end'}, `${now.toFixed(0)} s`);
+    make('text', {x: left, y: height - 2, class: 'axis'}, simSeconds(from));
+    make('text', {x: width - 8, y: height - 2, class: 'axis end'}, simSeconds(now));
     this.lanes.replaceChildren(...pieces);
   }
 }

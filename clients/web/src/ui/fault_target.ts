@@ -1,5 +1,4 @@
-// What a fault happens to: one choice for each word of the way in which its kind's target is
-// written, as "ROBOT:NUMBER".
+// Target of a fault: one choice for each word of the target's pattern, such as "ROBOT:NUMBER".
 import {BodyKind, type CellDescription} from '../protocol';
 import {h} from './dom';
 
@@ -38,7 +37,7 @@ export class FaultTarget {
   private words: string[] = [];
   private choices: HTMLSelectElement[] = [];
 
-  /** Offers what the cell has for a pattern; keeps what is chosen where that is offered again. */
+  /** Offers the targets in the cell for a pattern; keeps a choice that is still offered. */
   offer(pattern: string, cell: CellDescription): void {
     const before = this.choices.map(({value}) => value);
     this.words = pattern.split(':').filter(Boolean);
@@ -55,7 +54,7 @@ export class FaultTarget {
     this.fill(cell, before);
   }
 
-  /** As the daemon takes it. */
+  /** Target as the daemon accepts it. */
   get value(): string {
     return this.choices.map(({value}) => value).join(':');
   }
@@ -66,7 +65,7 @@ export class FaultTarget {
       const names = namesOf(word, cell, robot);
       const choice = this.choices[i]!;
       choice.replaceChildren(...names.map((name) => h('option', {value: name}, name)));
-      // Of two of a kind not the same one twice.
+      // Two targets of one kind default to different ones.
       const first = this.words.indexOf(word) < i ? names[1] : names[0];
       choice.value = names.includes(before[i] ?? '') ? before[i]! : (first ?? '');
     });

@@ -1,11 +1,11 @@
-// Injected faults over simulated time, under the view: those that wait or last and the latest past
-// ones that the daemon keeps, the latest first.
+// Timeline of injected faults under the view: pending, active and recent ones, the latest first.
 import {spansOf, timesOf, type FaultSpan} from '../injected_faults';
 import type {Snapshot} from '../protocol';
 import {simTime, type State} from '../state';
 import {h, text} from './dom';
+import {simSeconds} from './time';
 
-const kLeast_s = 10; // of simulated time that it shows
+const kLeast_s = 10; // least span of simulated time
 
 interface Row {
   row: HTMLElement;
@@ -47,8 +47,8 @@ export class FaultTimeline {
     const begun = spans.map(({begin_s}) => begin_s).filter((t): t is number => t !== null);
     const from = Math.max(0, Math.min(now - kLeast_s, ...begun));
     const width = Math.max(now, from + kLeast_s) - from;
-    text(this.from, `${from.toFixed(1)} s`);
-    text(this.to, `${(from + width).toFixed(1)} s`);
+    text(this.from, simSeconds(from));
+    text(this.to, simSeconds(from + width));
     const rows = spans.map((span) => this.place(span, now, from, width));
     if (
       rows.some((row, i) => this.list.children[i] !== row) ||

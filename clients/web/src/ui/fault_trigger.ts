@@ -1,4 +1,4 @@
-// When an injected fault begins, and the fields that each way of it needs.
+// Trigger of an injected fault, with the fields that each kind needs.
 import type {MessageInitShape} from '@bufbuild/protobuf';
 import {
   BodyKind,
@@ -10,28 +10,28 @@ import {h} from './dom';
 
 type Trigger = Exclude<MessageInitShape<typeof InjectFaultRequestSchema>['trigger'], undefined>;
 
-/** Simulated time as the wire has it. */
+/** Simulated time as a protobuf duration. */
 export function duration(time_s: number): {seconds: bigint; nanos: number} {
-  if (Math.abs(time_s) > 1e9) throw new Error(`${time_s} s are too long a time`);
+  if (Math.abs(time_s) > 1e9) throw new Error(`${time_s} s is too long`);
   const ns = Math.round(time_s * 1e9);
   const seconds = Math.trunc(ns / 1e9);
   return {seconds: BigInt(seconds), nanos: ns - seconds * 1e9};
 }
 
-/** The number that a field holds; complains of what is none. */
+/** The number in a field; throws where there is none. */
 export function numberIn(field: HTMLInputElement, name: string): number {
   const text = field.value.trim().replace(',', '.');
   const value = Number(text);
   if (text === '' || !Number.isFinite(value))
-    throw new Error(`${name}: “${field.value}” is no number`);
+    throw new Error(`${name}: “${field.value}” is not a number`);
   return value;
 }
 
-/** The same, of whole numbers as the wire takes them. */
+/** The whole number in a field, within the range of the protocol. */
 function wholeIn(field: HTMLInputElement, name: string): number {
   const value = numberIn(field, name);
   if (!Number.isInteger(value) || value < 0 || value >= 2 ** 32)
-    throw new Error(`${name}: “${field.value}” is no whole number from 0`);
+    throw new Error(`${name}: “${field.value}” is not a whole number from 0`);
   return value;
 }
 
@@ -88,7 +88,7 @@ export class FaultTrigger {
     this.show();
   }
 
-  /** As the daemon takes it; complains of what is no number. */
+  /** Trigger as the daemon accepts it; throws for invalid numbers. */
   get value(): Trigger {
     switch (this.kind.value) {
       case 'at':

@@ -4,15 +4,28 @@ export interface Shortcut {
   keys: string[];
   does: string;
   run: (key: string, held: boolean) => void;
-  /** Again and again while the key is held. */
+  /** Repeats while the key is held. */
   repeats?: boolean;
-  /** Whatever has the focus, dialogs included, but fields that take text. */
-  always?: boolean;
 }
+
+/** Something that Escape closes; false where it was closed already. */
+export type Closer = () => boolean;
 
 const kTextless = /^(button|checkbox|color|file|image|radio|range|reset|submit)$/;
 
-/** Whether keys are text for whatever has the focus. */
+const kPressable =
+  'button, summary, a[href], input, select, textarea, [contenteditable], [role=tab], [role=button]';
+
+/** Whether the focused element itself has a meaning for this key. */
+function isOwnKey(key: string, target: EventTarget | null): boolean {
+  return (
+    (key === ' ' || key === 'Enter') &&
+    target instanceof Element &&
+    target.closest(kPressable) !== null
+  );
+}
+
+/** Whether the focused element takes keys as text. */
 function takesText(target: EventTarget | null): boolean {
   if (target instanceof HTMLInputElement) return !kTextless.test(target.type);
   return (
@@ -23,36 +36,31 @@ function takesText(target: EventTarget | null): boolean {
 
 /** Keyboard shortcuts and the list of them under "?". */
 export class Shortcuts {
-  constructor(private readonly all: Shortcut[]) {
-    // Before anything that has the focus hears of the key: it may have a meaning of its own for it.
+  /** `closers`: what Escape closes, the uppermost first, before it does anything else. */
+  constructor(
+    private readonly all: Shortcut[],
+    private readonly closers: Closer[] = []
+  ) {
+    // In the capture phase: selects and sliders have meanings of their own for letters.
     addEventListener('keydown', (event) => this.press(event), {capture: true});
-    // Buttons take the release of the space bar for a click.
-    addEventListener(
-      'keyup',
-      (event) => {
-        if (this.find(event)?.always) swallow(event);
-      },
-      {capture: true}
-    );
   }
 
   private find(event: KeyboardEvent): Shortcut | undefined {
     if (event.ctrlKey || event.metaKey || event.altKey || takesText(event.target)) return undefined;
+    if (isOwnKey(event.key, event.target)) return undefined;
     const shortcut = this.all.find((s) => s.keys.includes(event.key));
-    if (!shortcut || shortcut.always) return shortcut;
     const busy =
       event.target instanceof HTMLSelectElement || document.querySelector('dialog[open]') !== null;
     return busy ? undefined : shortcut;
   }
 
   private press(event: KeyboardEvent): void {
-    // The space bar has another job here.
-    if (event.key === 'Enter' && (event.target as HTMLInputElement).type === 'checkbox')
-      (event.target as HTMLInputElement).click();
     const shortcut = this.find(event);
     if (!shortcut) return;
-    swallow(event);
+    event.preventDefault();
+    event.stopImmediatePropagation();
     if (event.repeat && !shortcut.repeats) return;
+    if (event.key === 'Escape' && this.closers.some((close) => close())) return;
     shortcut.run(event.key, event.repeat);
   }
 
@@ -72,7 +80,7 @@ export class Shortcuts {
       h(
         'p',
         {},
-        'Drag to turn the view, right-drag to move it, wheel or pinch to zoom, click an object to see what it is.'
+        'Drag to turn the view, right-drag to move it, wheel or pinch to zoom, click an object for its data. Space and Enter press the focused button.'
       ),
       h(
         'div',
@@ -84,9 +92,4 @@ export class Shortcuts {
     document.body.append(dialog);
     dialog.showModal();
   }
-}
-
-function swallow(event: KeyboardEvent): void {
-  event.preventDefault();
-  event.stopImmediatePropagation();
 }

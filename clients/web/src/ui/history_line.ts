@@ -1,16 +1,14 @@
-// The past of the cell under the view: any moment that the daemon keeps, to and fro in steps of 1 ms,
-// slowly or at once; bookmarks; and back to a moment with the cell itself.
-import {MomentLine, PastReader, type When} from '../past';
+// Timeline under the view: shows any moment that the daemon keeps, steps and plays through the past,
+// sets bookmarks, and returns the cell to a moment.
+import {MomentLine, type PastReader, type When} from '../past';
 import {BookmarkKind, type Bookmark} from '../protocol';
-import {simTime, type State} from '../state';
+import {simTime, stepSize, type State} from '../state';
 import type {Access} from './access';
 import {button, h, notify, text} from './dom';
+import {simSeconds} from './time';
 
 const kTick_ms = 40; // of playing
-const kStill_ms = 300; // after which charts get what was around a moment
-const kAround = 3000n; // steps before and after it
-const kStride = 50n;
-const kMarks_ms = 1000; // from one drawing to the next while the line grows
+const kMarks_ms = 1000; // between two drawings while the line grows
 const kKinds: Record<number, string> = {
   [BookmarkKind.OWN]: 'own',
   [BookmarkKind.COMMAND]: 'command',
@@ -53,10 +51,10 @@ export class HistoryLine {
   private readonly resume: HTMLButtonElement;
   private readonly reader: PastReader;
   private line = new MomentLine([]);
-  private moment: When | null = null; // that is looked at
+  private moment: When | null = null; // shown moment
+  private reading = false; // the moment has been asked for and not come
   private timer = 0;
   private drawn = 0; // the marks, when
-  private chartsTimer = 0;
   private played = 0; // steps that are due, with their fraction
 
   constructor(
@@ -64,16 +62,18 @@ export class HistoryLine {
     private readonly access: Access
   ) {
     this.speed.value = '0.1';
-    this.reader = new PastReader(state, (message) => {
+    this.reader = state.pastReader;
+    this.reader.onProblem = (message) => {
+      this.reading = false;
       this.pause();
       notify(message, 'error');
-    });
+    };
     this.resume = access.guard(
       button('Resume from here', () => this.confirmResume(), {
         'data-testid': 'resume-here',
-        title: 'Puts the cell itself back to this moment; asks first'
+        title: 'Return the cell itself to this moment, after confirmation'
       }),
-      () => (this.moment ? '' : 'Go to a moment of the past first.'),
+      () => (this.moment ? '' : 'Select a moment of the past first.'),
       true
     );
     const bookmark = access.guard(
@@ -120,14 +120,23 @@ export class HistoryLine {
     });
   }
 
-  /** So many steps on, or back. From now, back from the latest moment. */
+  /** Moves by a number of steps; from the present, starts at the latest moment. */
   move(steps: number): void {
     this.pause();
     const place = this.moment ? this.line.placeOf(this.moment) : this.line.last;
     this.go(this.line.at((place ?? 0) + steps));
   }
 
-  /** Back to now. */
+  /** Shows the moment nearest to a simulated time of an epoch, if it is kept. */
+  goTo(epoch: bigint, time_s: number): void {
+    this.pause();
+    const step = BigInt(Math.max(0, Math.round(time_s / stepSize(this.state.cell))));
+    const moment = {epoch, step};
+    if (this.line.placeOf(moment) !== null) this.go(moment);
+    else notify('The daemon does not keep this moment.');
+  }
+
+  /** Returns to the present. */
   leave(): void {
     this.forget();
     this.state.showPast(null);
@@ -136,6 +145,7 @@ export class HistoryLine {
   private forget(): void {
     this.pause();
     this.reader.leave();
+    this.reading = false;
     this.moment = null;
     text(this.when, 'now');
     text(this.what, '');
@@ -151,29 +161,14 @@ export class HistoryLine {
     const place = this.line.placeOf(moment);
     if (place !== null) this.slider.value = String(place);
     text(this.what, this.textAt(moment));
+    this.reading = true;
     this.reader.ask(moment, (past) => {
+      this.reading = false;
       this.state.showPast(past);
       const shown = past.snapshot!;
-      text(this.when, `${simTime(shown).toFixed(3)} s${this.run(shown.epoch)}`);
+      text(this.when, `${simSeconds(simTime(shown))}${this.run(shown.epoch)}`);
     });
-    window.clearTimeout(this.chartsTimer);
-    this.chartsTimer = window.setTimeout(() => void this.readAround(moment), kStill_ms);
     this.access.update();
-  }
-
-  /** What was around a moment that is looked at for a while, for charts: from its past on. */
-  private async readAround(moment: When): Promise<void> {
-    const begin = moment.step - kAround;
-    for (let step = begin; step <= moment.step + kAround; step += kStride) {
-      if (this.moment !== moment || this.timer) return;
-      const place = this.line.placeOf({epoch: moment.epoch, step});
-      if (place === null || step === moment.step) continue;
-      while (!this.reader.idle) await new Promise((go) => window.setTimeout(go, 10));
-      if (this.moment !== moment || this.timer) return;
-      this.reader.ask({epoch: moment.epoch, step}, (past) => {
-        if (this.state.isOfSceneShown(past)) this.state.pastRead.emit(past.snapshot!);
-      });
-    }
   }
 
   private grow(): void {
@@ -208,8 +203,8 @@ export class HistoryLine {
   }
 
   private tick(): void {
-    // A daemon that cannot keep up makes it slower, not jumpy.
-    if (!this.moment || !this.reader.idle) return;
+    // A slow daemon makes it slower, not jerky.
+    if (!this.moment || this.reading) return;
     this.played += Number(this.speed.value) * kTick_ms;
     const steps = Math.floor(this.played);
     if (steps === 0) return;
@@ -254,13 +249,13 @@ export class HistoryLine {
       element.style.left = `${(100 * place) / width}%`;
       return element;
     };
-    // What is worse lies on top.
+    // Draw more severe marks on top.
     const order = ['command', 'release', 'grasp', 'own', 'refusal', 'fault', 'stop'];
     const marks = this.kept
       .map(({bookmark, place}) => ({place, kind: kKinds[bookmark.kind] ?? 'own', bookmark}))
       .sort((a, b) => order.indexOf(a.kind) - order.indexOf(b.kind));
     this.marks.replaceChildren(
-      ...this.line.seams.map((place) => mark(place, 'seam', 'the cell began anew')),
+      ...this.line.seams.map((place) => mark(place, 'seam', 'the cell was rebuilt')),
       ...marks.map(({place, kind, bookmark}) => mark(place, kind, bookmark.text || kind))
     );
   }
@@ -296,7 +291,7 @@ export class HistoryLine {
         h(
           'p',
           {},
-          `The cell itself goes back to ${when} and on from there: robots, parts and belt, motions under way included. Connections stay open; controllers may not expect it.`
+          `The cell itself returns to ${when} and continues from there, with all robots, parts, the belt and motions in progress. Connections stay open; controllers may not expect this.`
         )
       ],
       'Resume from here',

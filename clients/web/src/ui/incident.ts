@@ -1,4 +1,4 @@
-// The latest of the run as a file, from the daemon to the user's disk.
+// Saves the last part of the run as a file.
 import {download, notify} from './dom';
 
 const kLast_s = 60;

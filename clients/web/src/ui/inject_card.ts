@@ -1,5 +1,4 @@
-// A form for a fault: kinds, targets, parameters and ranges are the daemon's, and so is what is
-// wrong with an input.
+// Form to inject a fault. Kinds, targets, ranges and error messages come from the daemon.
 import type {FaultKind, FaultParameter} from '../protocol';
 import type {State} from '../state';
 import type {Access} from './access';
@@ -16,7 +15,7 @@ export class InjectCard {
   private readonly trigger = new FaultTrigger();
   private readonly lasts = h('input', {
     autocomplete: 'off',
-    placeholder: 'until it is ended',
+    placeholder: 'until ended',
     'data-testid': 'fault-duration'
   });
   private readonly lastsField = h('label', {}, 'lasts [s]', this.lasts);
@@ -89,7 +88,7 @@ export class InjectCard {
     this.choose(before === this.kind.value);
   }
 
-  /** `same`: a new description of the cell; what has been typed stays. */
+  /** `same`: only the cell has changed; keep the typed values. */
   private choose(same = false): void {
     const kind = this.chosen;
     if (!kind) return;

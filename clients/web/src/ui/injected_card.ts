@@ -1,4 +1,4 @@
-// Injected faults that wait or last, each with a button that ends it.
+// Pending and active injected faults, each with a button that ends it.
 import {spansOf, timesOf, type FaultSpan} from '../injected_faults';
 import type {Snapshot} from '../protocol';
 import type {State} from '../state';
@@ -28,7 +28,9 @@ export class InjectedCard {
     this.count.hidden = open.length === 0;
     this.count.textContent = String(open.length);
     this.list.replaceChildren(
-      ...(open.length ? open.map((span) => this.line(span)) : [h('li', {}, 'None waits or lasts.')])
+      ...(open.length
+        ? open.map((span) => this.line(span))
+        : [h('li', {}, 'No fault is pending or active.')])
     );
     this.access.prune();
   }
@@ -40,7 +42,7 @@ export class InjectedCard {
       h('span', {}, h('strong', {}, span.title), h('br'), h('small', {}, timesOf(span))),
       this.access.guard(
         button(
-          span.state === 'waits' ? 'Give up' : 'End',
+          span.state === 'waits' ? 'Cancel' : 'End',
           () => void this.access.command({case: 'endFault', value: {id: span.id}}),
           {'aria-label': `End ${span.title}`}
         ),

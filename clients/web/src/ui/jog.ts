@@ -1,6 +1,6 @@
-// Buttons that move a robot: as long as they are held, or by one step a click. The daemon stops the
-// robot when it does not hear of a held button for a moment; leaving the page, the button or the
-// window ends it at once. How fast and how far is the same for all robots.
+// Buttons that jog a robot, while held or by one step a click. The daemon stops the robot when a held
+// button is not renewed; leaving the page, the button or the window ends the jog at once. All robots
+// share one speed and one step.
 import type {MessageInitShape} from '@bufbuild/protobuf';
 import type {ViewerRequestSchema} from '../protocol';
 import {kNotReady} from '../robot_status';
@@ -17,7 +17,7 @@ export type Direction = NonNullable<Body['value']['direction']>;
 
 const kRenew_ms = 100;
 const kRefusal_ms = 500;
-/** A step of the tool and one of a joint or a turn, in the units that people read. */
+/** Steps of the tool, and of joints and rotations, in display units. */
 const kLengthSteps = {
   mm: [0.1, 1, 10, 50],
   m: [0.0001, 0.001, 0.01, 0.05],
@@ -26,7 +26,7 @@ const kLengthSteps = {
 const kAngleSteps = {deg: [0.1, 1, 5, 15], rad: [0.001, 0.02, 0.1, 0.25]};
 
 export class Jog {
-  /** What sets speed and steps. */
+  /** Controls for speed and steps. */
   readonly element: HTMLElement;
   private readonly speed = h('input', {
     type: 'range',
@@ -34,22 +34,23 @@ export class Jog {
     max: 100,
     value: 100,
     'aria-label': 'Highest speed of the tool in jogs and moves',
-    title: 'Of the tool in jogs and moves from here, as in mode T1. Joints and turns go by it too.',
+    title:
+      'Speed limit of the tool in jogs and moves from this page, as in mode T1; joints and rotations scale with it',
     'data-testid': 'jog-speed'
   });
   private readonly shownSpeed = h('output', {'data-testid': 'jog-speed-text'});
   private readonly mode = h('select', {
-    'aria-label': 'Jogs go on while held, or by steps',
-    title: 'Jogs go on while their button is held, or by one step a click',
+    'aria-label': 'Jog while held, or by steps',
+    title: 'Jog while the button is held, or by one step a click',
     'data-testid': 'jog-step'
   });
   private timer = 0;
   private robot = -1;
   private pressed: HTMLButtonElement | null = null;
-  /** Where that one was when it was pressed: the page may move it from under the finger. */
+  /** Its place when it was pressed; the layout may move it later. */
   private place: DOMRect | null = null;
   private complained = '';
-  private ready = 0; // when the robot that is jogged was last seen ready
+  private ready = 0; // when the jogged robot was last seen ready
 
   constructor(
     private readonly state: State,
@@ -76,16 +77,16 @@ export class Jog {
     });
     document.documentElement.addEventListener('pointerleave', () => this.place && this.end());
     state.accessChanged.on(() => this.state.lockedReason && this.end());
-    // A button that is disabled under the finger may never hear of its release.
+    // A button that is disabled while pressed may not receive its release.
     state.display.on(() => this.pressed?.disabled && this.end());
   }
 
-  /** Share of the highest speed that moves and jogs from the page may have. */
+  /** Share of the highest speed for moves and jogs from the page. */
   get share(): number {
     return Number(this.speed.value) / 100;
   }
 
-  /** A button that jogs `robot` one way. Space and Enter press it as well. */
+  /** A button that jogs `robot` in one direction, also with Space and Enter. */
   makeButton(
     label: string,
     name: string,
@@ -117,7 +118,7 @@ export class Jog {
     element.addEventListener('contextmenu', (event) => event.preventDefault());
     element.addEventListener('keydown', (event) => {
       if (event.key !== ' ' && event.key !== 'Enter') return;
-      if (!this.stepping || event.repeat) event.preventDefault(); // else it becomes a click
+      if (!this.stepping || event.repeat) event.preventDefault(); // a step is made by the click
       if (!this.stepping && !event.repeat) this.begin(element, robot, direction());
     });
     element.addEventListener('keyup', () => this.end());
@@ -128,7 +129,7 @@ export class Jog {
         if (this.pressed === element) this.ready = performance.now();
         return '';
       }
-      // Near the end of its reach a robot refuses a stretch of the jog and is made ready again.
+      // Near the end of its reach a robot refuses part of the jog and is made ready again.
       const shortly = this.pressed === element && performance.now() - this.ready < kRefusal_ms;
       return shortly && !state.protectiveStop ? '' : kNotReady;
     });
@@ -175,7 +176,7 @@ export class Jog {
     const waiting = Number(element.dataset.steps ?? 0) + 1;
     element.dataset.steps = String(waiting);
     try {
-      // It is answered when it has been made.
+      // The answer comes when the step has been made.
       await this.state.connection.request(
         {case: 'jog', value: {robot, direction, speed: this.share, step}},
         Infinity

@@ -1,4 +1,4 @@
-// What a Modbus/TCP message says, in a line and in words.
+// Modbus/TCP messages as text.
 import type {RegisterInfo} from '../protocol';
 
 const kFunctions: Record<number, string> = {
@@ -45,7 +45,7 @@ export interface ModbusLine {
 const hex = (value: number, digits = 4): string =>
   `0x${value.toString(16).toUpperCase().padStart(digits, '0')}`;
 
-/** Counts as the number that they stand for. */
+/** Counts as a signed or unsigned number. */
 export function counts(info: RegisterInfo, raw: number): number {
   const wrap = 2 ** (16 * info.words);
   return info.isSigned && raw >= wrap / 2 ? raw - wrap : raw;
@@ -58,11 +58,11 @@ export function engineering(info: RegisterInfo, raw: number): string {
   return `${(counts(info, raw) * info.resolution).toFixed(digits)} ${info.unit}`;
 }
 
-/** Requests and replies with the names of the registers that they are about. */
+/** Requests and replies with the names of their registers. */
 export class ModbusText {
   constructor(private readonly map: () => RegisterInfo[]) {}
 
-  /** `request`: of a reply, when it is known. */
+  /** `request`: the request of a reply, if known. */
   line(data: Uint8Array, fromClient: boolean, request?: Uint8Array): ModbusLine {
     if (data.length < 8) return {type: 'fragment', summary: '', bad: true};
     const code = data[7]! & 0x7f;
@@ -155,7 +155,7 @@ export class ModbusText {
   }
 }
 
-/** What stands behind the function code. */
+/** Reader of the data after the function code. */
 function reader(data: Uint8Array) {
   const body = data.subarray(8);
   const byte = (at: number): number => body[at] ?? 0;

@@ -1,6 +1,6 @@
-// What the picked object is and where it is, in the frame that the pendant's target is in.
+// Data of the picked object, with its pose in the frame of the pendant's target.
 import type {ContactSide, Pose, Snapshot} from '../protocol';
-import type {Pick, View} from '../scene/view';
+import type {CellView, Pick} from '../scene/cell_view';
 import type {State} from '../state';
 import {toMatrix, toVector} from '../scene/convert';
 import {groupOf} from '../scene/parts';
@@ -22,12 +22,12 @@ export class PickCard {
   private readonly target = button('', () => this.useAsTarget(), {'data-testid': 'pick-to-target'});
   private pick: Pick | null = null;
   private position_R: Vector3 | null = null;
-  /** Asks for a position [m] in the CRCL frame of the chosen robot to become its target. */
+  /** Sets the target of the chosen robot to a position [m] in its CRCL frame. */
   onTarget: (name: string, position_R: Vector3) => void = () => {};
 
   constructor(
     private readonly state: State,
-    view: View,
+    private readonly view: CellView,
     private readonly robots: RobotSwitch
   ) {
     this.element.append(
@@ -35,22 +35,23 @@ export class PickCard {
         'div',
         {class: 'row'},
         this.title,
-        button(
-          '×',
-          () => {
-            view.select(null);
-            this.show(null);
-          },
-          {class: 'icon', 'aria-label': 'Close'}
-        )
+        button('×', () => void this.close(), {class: 'icon', 'aria-label': 'Close'})
       ),
       this.facts.element,
       h('div', {class: 'row'}, this.target)
     );
-    view.onPick = (pick) => this.show(pick);
+    this.view.onPick = (pick) => this.show(pick);
     robots.changed.on(() => this.show(this.pick));
     state.display.on((snapshot) => this.update(snapshot));
     state.cellChanged.on(() => this.show(null));
+  }
+
+  /** Returns false where nothing was picked. */
+  close(): boolean {
+    if (this.pick === null) return false;
+    this.view.select(null);
+    this.show(null);
+    return true;
   }
 
   private show(pick: Pick | null): void {
@@ -82,7 +83,7 @@ export class PickCard {
         'speed',
         v ? `${units.lengthText(Math.hypot(v.x, v.y, v.z))} ${units.length}/s` : '–'
       );
-      const lost = state.lostStep !== undefined ? 'lost, fallen out of the cell' : '';
+      const lost = state.lostStep !== undefined ? 'lost: fell out of the cell' : '';
       this.facts.set('state', lost || groupOf(state) || 'moving freely');
       const {geometry} = body;
       if (geometry.case === 'gear')
@@ -117,7 +118,7 @@ export class PickCard {
     text(this.title, name);
   }
 
-  /** What it touches, with how many points and what force they bear together. */
+  /** Contacts by partner, with their number of points and total force. */
   private showContacts(snapshot: Snapshot, kind: 'body' | 'robot', index: number): void {
     const totals = new Map<string, {name: string; points: number; force: Vector3}>();
     const is = (side: ContactSide | undefined): boolean =>
@@ -126,7 +127,7 @@ export class PickCard {
       const first = is(contact.first);
       if (!first && !is(contact.second)) continue;
       const other = first ? contact.second : contact.first;
-      // By what it is, not by its name: a tray, a robot and something fixed may share one.
+      // By kind and index, since things of different kinds may share a name.
       const key = `${other?.thing.case} ${other?.thing.value} ${other?.part}`;
       const total = totals.get(key) ?? {
         name: this.nameOf(other),
@@ -181,8 +182,8 @@ export class PickCard {
         'roll, pitch, yaw',
         `${angles.map((a) => units.angleText(a)).join(', ')} ${units.angleSign}`
       );
-      text(this.target, `To the target of ${robot.name}`);
-      const title = `Puts these coordinates, in the CRCL frame of ${robot.name}, into the target of its tool`;
+      text(this.target, `Use as target of ${robot.name}`);
+      const title = `Copy these coordinates, in the CRCL frame of ${robot.name}, into the target of its tool`;
       if (this.target.title !== title) this.target.title = title;
     }
     if (pose.positionM) this.facts.set(`${what}in the world`, position(pose.positionM));

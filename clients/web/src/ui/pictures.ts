@@ -1,5 +1,5 @@
-// The view as a file: a picture, or a film.
-import type {View} from '../scene/view';
+// Saves the view as a picture or a film.
+import type {CellView} from '../scene/cell_view';
 import {button, download, notify} from './dom';
 
 const kFilmRate = 30; // pictures a second
@@ -9,8 +9,8 @@ function stamped(name: string, ending: string): string {
   return `${name}-${new Date().toISOString().replace(/[:.]/g, '-').slice(0, 19)}.${ending}`;
 }
 
-/** Two buttons: one saves the view as PNG, the other films it as WebM until it is pressed again. */
-export function pictureButtons(view: View, name: string): HTMLButtonElement[] {
+/** Two buttons: save the view as PNG, and record it as WebM until pressed again. */
+export function pictureButtons(view: CellView, name: string): HTMLButtonElement[] {
   let recorder: MediaRecorder | null = null;
   const picture = button(
     'Picture',
@@ -18,14 +18,14 @@ export function pictureButtons(view: View, name: string): HTMLButtonElement[] {
     {title: 'Save the view as PNG', 'data-testid': 'picture'}
   );
   const film = button('Film', () => (recorder ? recorder.stop() : begin()), {
-    title: 'Film the view as WebM, until pressed again',
+    title: 'Record the view as WebM until pressed again',
     'aria-pressed': 'false',
     'data-testid': 'film'
   });
 
   function begin(): void {
     const kind = kFilmKinds.find((one) => MediaRecorder.isTypeSupported(one));
-    if (!kind) return notify('This browser makes no WebM.', 'error');
+    if (!kind) return notify('This browser cannot record WebM.', 'error');
     const pieces: Blob[] = [];
     recorder = new MediaRecorder(view.film(kFilmRate), {mimeType: kind});
     recorder.addEventListener('dataavailable', (event) => pieces.push(event.data));

@@ -1,4 +1,4 @@
-// Writes one register or coil of the PLC, and says why when it is refused.
+// Input that writes one register or coil of the PLC and shows the reason of a refusal.
 import type {RegisterInfo} from '../protocol';
 import type {State} from '../state';
 import type {Access} from './access';
@@ -57,7 +57,7 @@ export class RegisterInput {
   private async write(typed: string): Promise<boolean> {
     const value = /^\s*(-?\d+|0x[0-9a-f]+)\s*$/i.test(typed) ? Number(typed) : NaN;
     if (!Number.isSafeInteger(value)) {
-      text(this.result, `“${typed.trim()}” is no whole number`);
+      text(this.result, `“${typed.trim()}” is not a whole number`);
       return false;
     }
     const {area, address} = this.info;

@@ -1,8 +1,8 @@
-// One robot's pendant: what it does, where it is, and how to move it.
+// The pendant of one robot: its state, joints, tool and gripper.
 import {ActionKind, type Pose, type RobotDescription, type RobotState} from '../protocol';
 import {kNotReady} from '../robot_status';
 import type {State} from '../state';
-import type {View} from '../scene/view';
+import type {CellView} from '../scene/cell_view';
 import type {Access} from './access';
 import {button, card, Facts, h, notify, text} from './dom';
 import type {Jog} from './jog';
@@ -31,7 +31,12 @@ export class RobotPanel {
   readonly element: HTMLElement;
   private readonly description = h('p', {class: 'description', 'data-testid': 'robot-description'});
   private readonly facts = new Facts();
-  private readonly bars: {fill: HTMLMeterElement; value: HTMLElement}[] = [];
+  private readonly bars: {
+    fill: HTMLMeterElement;
+    value: HTMLElement;
+    lower: HTMLElement;
+    upper: HTMLElement;
+  }[] = [];
   private readonly pose: HTMLInputElement[] = [];
   private readonly poseUnits: HTMLElement[] = [];
   private readonly poseNow: HTMLElement[] = [];
@@ -46,7 +51,7 @@ export class RobotPanel {
     private readonly state: State,
     private readonly access: Access,
     private readonly jog: Jog,
-    private readonly view: View,
+    private readonly view: CellView,
     private readonly robot: RobotDescription,
     private readonly index: number
   ) {
@@ -80,18 +85,20 @@ export class RobotPanel {
     const init = this.access.guard(
       button('Make ready', () => this.command({case: 'initialize', value: {}}), {
         'data-testid': `init-${this.robot.name}`,
-        title: 'Clears an error and takes commands, as InitCanon does'
+        title: 'Clear the error and accept commands, as InitCanon does'
       })
     );
-    const look = button('Look', () => this.view.focusRobot(this.index), {
-      title: 'Looks at the front of the robot',
+    const look = button('View', () => this.view.focusRobot(this.index), {
+      title: 'Turn the view to the front of this robot',
+      hidden: !this.view.draws,
       'data-testid': `look-${this.robot.name}`
     });
-    return card(
-      this.robot.name,
+    return h(
+      'section',
+      {class: 'card robot-status', 'aria-label': `State of ${this.robot.name}`},
       this.description,
       this.facts.element,
-      h('div', {class: 'row'}, init, look)
+      h('div', {class: 'actions'}, init, look)
     );
   }
 
@@ -104,7 +111,9 @@ export class RobotPanel {
         'aria-label': `${joint.name} within its limits`
       });
       const value = h('output', {'data-testid': `${this.robot.name}-joint-${i + 1}`});
-      this.bars.push({fill, value});
+      const lower = h('span'),
+        upper = h('span');
+      this.bars.push({fill, value, lower, upper});
       const jog = (negative: boolean): HTMLButtonElement =>
         this.jog.makeButton(
           negative ? '−' : '+',
@@ -117,12 +126,14 @@ export class RobotPanel {
         {class: 'joint'},
         h('span', {}, `J${i + 1}`),
         jog(true),
-        h('div', {class: 'range'}, fill, h('small', {class: 'limits'})),
         jog(false),
+        h('small', {}, lower),
+        fill,
+        h('small', {}, upper),
         value
       );
     });
-    return card('Joints', ...rows);
+    return card('Joints', h('div', {class: 'joints'}, ...rows));
   }
 
   private toolCard(): HTMLElement {
@@ -163,24 +174,25 @@ export class RobotPanel {
         button(straight ? 'Go straight' : 'Go', () => this.goTo(straight), {
           'data-testid': `${this.robot.name}-go${straight ? '-straight' : ''}`,
           title: straight
-            ? 'Moves the tool on a straight line to the target'
-            : 'Moves the tool to the target, joints together'
+            ? 'Move the tool to the target on a straight line'
+            : 'Move the tool to the target, all joints together'
         }),
         () => this.ready()
       );
-    return card(
-      'Tool',
+    return h(
+      'section',
+      {class: 'card'},
+      h('div', {class: 'row head'}, h('h2', {}, 'Tool'), this.frame),
       h('div', {class: 'pose'}, ...fields),
       h(
         'div',
         {class: 'row'},
-        button('Take present', () => this.fillTarget(), {
-          title: 'Copies the present pose into the target'
+        button('Use current pose', () => this.fillTarget(), {
+          title: 'Copy the current pose into the target'
         }),
         go(false),
         go(true)
       ),
-      h('div', {class: 'row'}, this.frame),
       jogRow('move', 'along'),
       jogRow('turn', 'about')
     );
@@ -194,10 +206,11 @@ export class RobotPanel {
         }),
         () => this.ready()
       );
-    return card(
-      'Gripper',
-      this.gripper.element,
-      h('div', {class: 'row'}, set('Open', 1), set('Close', 0))
+    return h(
+      'section',
+      {class: 'card'},
+      h('div', {class: 'row head'}, h('h2', {}, 'Gripper'), set('Open', 1), set('Close', 0)),
+      this.gripper.element
     );
   }
   private readonly gripper = new Facts();
@@ -217,8 +230,8 @@ export class RobotPanel {
     this.fillRotation(pose);
   }
 
-  /** Puts a position in the robot's CRCL frame into the target, with the rotation that stands there
-   * or the tool's present one. */
+  /** Sets the target to a position in the robot's CRCL frame. Keeps the target's rotation; an empty one
+   * becomes the tool's current rotation. */
   setTarget(positionM: {x: number; y: number; z: number}): void {
     this.fillPosition(positionM);
     const pose = this.state.snapshot?.robots[this.index]?.toolInReference;
@@ -241,7 +254,7 @@ export class RobotPanel {
     this.poseUnits.forEach((unit, i) => text(unit, i < 3 ? units.length : units.angleSign));
   }
 
-  /** The target stays where it is when people read it in other units. */
+  /** Converts the target to the new units; its pose stays the same. */
   changeUnits(before: {length: Length; angle: Angle}): void {
     this.showTargetUnits();
     this.pose.forEach((input, i) => {
@@ -261,7 +274,7 @@ export class RobotPanel {
     const values = this.pose.map((input) => (input.value === '' ? NaN : Number(input.value)));
     if (values.some((v) => !Number.isFinite(v)))
       return notify(
-        'Fill in all six numbers of the target; "Take present" gives a start.',
+        'Fill in all six numbers of the target; "Use current pose" fills them.',
         'error'
       );
     const [x, y, z] = values.slice(0, 3).map((v) => units.metres(v)) as [number, number, number];
@@ -291,19 +304,15 @@ export class RobotPanel {
         Math.min(joint.positionRad - limits.lowerRad, limits.upperRad - joint.positionRad) < 0.05;
       bar.fill.classList.toggle('edge', edge);
       text(bar.value, `${units.angleText(joint.positionRad)} ${units.angleSign}`);
-      text(
-        bar.fill.nextElementSibling!,
-        `${units.angleOf(limits.lowerRad).toFixed(units.angle === 'deg' ? 0 : 2)} … ${units.angleOf(limits.upperRad).toFixed(units.angle === 'deg' ? 0 : 2)}`
-      );
+      const digits = units.angle === 'deg' ? 0 : 2;
+      text(bar.lower, units.angleOf(limits.lowerRad).toFixed(digits));
+      text(bar.upper, units.angleOf(limits.upperRad).toFixed(digits));
     });
     const pose = robot.toolInReference,
       p = pose?.positionM;
-    if (p)
-      [p.x, p.y, p.z].forEach((v, i) =>
-        text(this.poseNow[i]!, `${units.lengthText(v)} ${units.length}`)
-      );
+    if (p) [p.x, p.y, p.z].forEach((v, i) => text(this.poseNow[i]!, units.lengthText(v)));
     toRollPitchYaw(pose?.orientation).forEach((v, i) =>
-      text(this.poseNow[3 + i]!, `${units.angleText(v)} ${units.angleSign}`)
+      text(this.poseNow[3 + i]!, units.angleText(v))
     );
     const g = robot.gripper;
     if (!g) return;
@@ -323,7 +332,7 @@ export class RobotPanel {
   private showStatus(robot: RobotState): void {
     text(this.description, units.inText(robot.action?.description ?? ''));
     this.facts.set('ready', robot.initialized ? 'yes' : 'no', robot.initialized ? 'good' : '');
-    this.facts.set('drives', robot.drivesOn ? 'on' : 'off, the brakes hold');
+    this.facts.set('drives', robot.drivesOn ? 'on' : 'off, brakes hold');
     this.facts.set(
       'last command',
       robot.action?.ticket

@@ -1,4 +1,4 @@
-// Every robot's state, speed and Stop, always in view; the robot that is chosen has the pendant.
+// State, speed and Stop of every robot, always in view; one robot is chosen for the pendant.
 import type {RobotDescription, Snapshot} from '../protocol';
 import {statusOf} from '../robot_status';
 import {Signal, type State} from '../state';
@@ -16,7 +16,7 @@ interface Row {
 export class RobotSwitch {
   readonly element = h('section', {class: 'robot-switch', 'aria-label': 'Robots'});
   readonly changed = new Signal<number>();
-  /** Someone wants the pendant of the chosen robot. */
+  /** The pendant of the chosen robot was requested. */
   readonly wanted = new Signal<void>();
   chosen = 0;
   private rows: Row[] = [];
@@ -53,7 +53,7 @@ export class RobotSwitch {
         },
         {
           class: 'name',
-          title: `Shows the pendant of ${robot.name}`,
+          title: `Show the pendant of ${robot.name}`,
           'data-testid': `choose-${robot.name}`
         }
       ),
@@ -88,7 +88,7 @@ export class RobotSwitch {
           class: 'danger',
           'aria-label': `Stop ${name}`,
           'data-testid': `stop-${name}`,
-          title: 'Stops all motion of this robot (s stops all)'
+          title: 'Stop all motion of this robot (s stops all robots)'
         }
       )
     );

@@ -1,10 +1,10 @@
-// Programs that the daemon starts beside the cell: the demo and scenarios, and how far they are.
+// The daemon's programs: starting the demo and scenarios, and their progress.
 import type {OrderProgress, ProgramStatus} from '../protocol';
 import type {State} from '../state';
 import type {Access} from './access';
 import {button, card, h, text} from './dom';
-
-const kDemo = 'demo';
+import {kDemo, type Programs} from './programs';
+import {simSeconds} from './time';
 
 export class RunCard {
   readonly element: HTMLElement;
@@ -25,10 +25,11 @@ export class RunCard {
   private readonly orders = h('ul', {class: 'orders', 'data-testid': 'orders'});
   private readonly lines = h('pre', {tabindex: 0, 'data-testid': 'program-lines'});
   private readonly report = h('pre', {tabindex: 0, 'data-testid': 'program-report'});
+  private readonly waits: HTMLElement;
   private readonly said = h(
     'details',
     {class: 'said', hidden: true},
-    h('summary', {}, 'What it says'),
+    h('summary', {}, 'Output'),
     this.lines
   );
   private readonly reported = h(
@@ -40,29 +41,37 @@ export class RunCard {
 
   constructor(
     private readonly state: State,
-    private readonly access: Access
+    private readonly access: Access,
+    private readonly programs: Programs
   ) {
+    this.waits = h(
+      'div',
+      {class: 'row', hidden: true, 'data-testid': 'program-waits'},
+      'The cell is paused.',
+      access.guard(button('Resume', () => void access.command({case: 'resume', value: {}})))
+    );
     const demo = access.guard(
       button('Run the demo', () => void this.start(kDemo), {
         'data-testid': 'run-demo',
-        title: 'The kitting controller fills kits and empties them again, for ever'
+        title:
+          'Starts a controller that fills kits with gears and empties them again, until it is stopped'
       }),
-      () => this.refusal(kDemo),
+      () => programs.refusal(kDemo),
       false,
       'admin'
     );
     const run = access.guard(
       button('Run', () => void this.start(this.choice.value), {
         'data-testid': 'run-scenario',
-        title: 'Resets the cell and runs the scenario in it'
+        title: 'Resets the cell and runs the scenario'
       }),
-      () => this.refusal(this.choice.value),
+      () => programs.refusal(this.choice.value),
       false,
       'admin'
     );
     const stop = access.guard(
       button('Stop', () => void this.stop(), {'data-testid': 'stop-program'}),
-      () => this.status?.refusal || (this.status?.running ? '' : 'Nothing runs.'),
+      () => this.status?.refusal || (this.status?.running ? '' : 'Nothing is running.'),
       false,
       'admin'
     );
@@ -74,46 +83,39 @@ export class RunCard {
       this.description,
       h('div', {class: 'row'}, run),
       this.complaint,
+      this.waits,
       this.orders,
       this.said,
       this.reported
     );
     state.programsChanged.on((status) => this.show(status));
+    state.display.on(({paused}) => {
+      this.waits.hidden = !paused || !this.status?.running || state.past !== null;
+    });
   }
 
   private get status(): ProgramStatus | null {
     return this.state.programs;
   }
 
-  private refusal(name: string): string {
-    const status = this.status;
-    if (!status) return 'Waiting for the daemon.';
-    if (status.refusal) return status.refusal;
-    if (status.running) return `${status.name} runs; stop it first.`;
-    if (!status.offers.some((offer) => offer.name === name)) return 'Not for this scene.';
-    return '';
-  }
-
   private async start(name: string): Promise<void> {
     const typed = this.seed.value.trim();
     const ofScenario = this.status?.offers.some((o) => o.name === name && o.scenario);
     if (ofScenario && typed !== '' && !/^\d{1,18}$/.test(typed)) {
-      text(this.complaint, `seed: “${typed}” is no whole number from 0`);
+      text(this.complaint, `seed: “${typed}” is not a whole number from 0`);
       return;
     }
-    await this.ask({
-      case: 'startProgram',
-      value: {name, ...(ofScenario && typed !== '' ? {seed: BigInt(typed)} : {})}
-    });
+    const seed = ofScenario && typed !== '' ? BigInt(typed) : undefined;
+    await this.attempt(this.programs.start(name, seed));
   }
 
   private async stop(): Promise<void> {
-    await this.ask({case: 'stopProgram', value: {}});
+    await this.attempt(this.programs.stop());
   }
 
-  private async ask(body: Parameters<State['connection']['request']>[0]): Promise<void> {
+  private async attempt(request: Promise<void>): Promise<void> {
     try {
-      await this.state.connection.request(body);
+      await request;
       text(this.complaint, '');
     } catch (problem) {
       text(this.complaint, (problem as Error).message);
@@ -145,11 +147,11 @@ export class RunCard {
 }
 
 function stateOf(status: ProgramStatus): string {
-  if (!status.name) return status.refusal || 'nothing runs';
+  if (!status.name) return status.refusal || 'nothing is running';
   const parts = status.placed === 1 ? '1 part placed' : `${status.placed} parts placed`;
-  const time = status.timeS > 0 ? `, ${status.timeS.toFixed(1)} s` : '';
-  if (status.stopping && status.running) return `${status.name} is being stopped`;
-  if (status.running) return `${status.name} runs: ${parts}${time}`;
+  const time = status.timeS > 0 ? `, ${simSeconds(status.timeS)}` : '';
+  if (status.stopping && status.running) return `${status.name} is stopping`;
+  if (status.running) return `${status.name} running: ${parts}${time}`;
   return `${status.name}: ${status.ended}; ${parts}${time}`;
 }
 

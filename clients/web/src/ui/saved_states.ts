@@ -1,4 +1,4 @@
-// States of the cell that the daemon keeps under names.
+// Named states of the cell that the daemon keeps.
 import type {State} from '../state';
 import type {Access} from './access';
 import {button, h, notify} from './dom';
@@ -43,7 +43,11 @@ export class SavedStates {
       'dialog',
       {class: 'dialog', 'aria-label': 'Saved states'},
       h('h2', {}, 'Saved states'),
-      h('p', {}, 'The whole cell, motions under way included, kept by the daemon until it ends.'),
+      h(
+        'p',
+        {},
+        'A state is the whole cell, including motions in progress. The daemon keeps it until it exits.'
+      ),
       save,
       this.rows,
       h(
@@ -71,7 +75,7 @@ export class SavedStates {
 
   private async load(name: string): Promise<void> {
     if (await this.access.command({case: 'loadState', value: {name}}))
-      notify(`Went on from ${name}.`);
+      notify(`Continued from ${name}.`);
   }
 
   private fill(): void {
@@ -87,7 +91,7 @@ export class SavedStates {
         )
       )
     );
-    if (this.names.length === 0) this.rows.replaceChildren(h('li', {}, 'None yet.'));
+    if (this.names.length === 0) this.rows.replaceChildren(h('li', {}, 'No saved states.'));
     this.access.prune();
   }
 }

@@ -1,4 +1,4 @@
-// Every number of a snapshot that can be charted.
+// All values of a snapshot that can be charted.
 import type {CellDescription, Snapshot} from '../protocol';
 
 export interface ChartSignal {

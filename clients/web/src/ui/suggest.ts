@@ -1,6 +1,6 @@
-// Names that somebody may have meant.
+// Suggestions for mistyped names.
 
-/** Letters to add, drop or change to make one word of the other. */
+/** Levenshtein distance of two words. */
 function distance(a: string, b: string): number {
   let row = Array.from({length: b.length + 1}, (_, j) => j);
   for (let i = 1; i <= a.length; ++i) {
@@ -14,7 +14,7 @@ function distance(a: string, b: string): number {
   return row[b.length]!;
 }
 
-/** How far a word is from the nearest of a name's: 0 the same, 1 nothing in common. */
+/** Distance of a word to the nearest word of a name: 0 = equal, 1 = nothing in common. */
 function farness(word: string, of: string[]): number {
   return Math.min(
     ...of.map((other) =>
@@ -31,7 +31,7 @@ const words = (text: string): string[] =>
     .split(/[\s_]+/)
     .filter(Boolean);
 
-/** Those of the names that are most like what was typed, the likest first. */
+/** Names most similar to the typed text, the most similar first. */
 export function suggest(typed: string, names: string[], most = 3): string[] {
   const wanted = words(typed);
   if (wanted.length === 0) return [];

@@ -6,7 +6,7 @@ export interface Tab {
   mark?: HTMLElement;
 }
 
-/** Panels of which one shows. Arrow keys go from tab to tab. */
+/** Panels, one of them visible. Arrow keys move between the tabs. */
 export class Tabs {
   readonly element = h('div', {class: 'tabs'});
   private readonly heads: HTMLButtonElement[];

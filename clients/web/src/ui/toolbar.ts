@@ -1,16 +1,11 @@
-// The bar at the top: where the simulation is, and how it runs.
+// The bar at the top: state and control of the simulation.
 import type {ListenerStatus, Snapshot} from '../protocol';
 import {simTime, type State} from '../state';
 import type {Access} from './access';
 import {button, h, text} from './dom';
 import {SavedStates} from './saved_states';
-
-/** Minutes and seconds to the millisecond, a step. */
-function clock(t: number): string {
-  const ms = Math.round(t * 1000),
-    minutes = Math.floor(ms / 60000);
-  return `${minutes}:${((ms - 60000 * minutes) / 1000).toFixed(3).padStart(6, '0')}`;
-}
+import {simSeconds} from './time';
+import {unitChoice} from './units';
 
 export class Toolbar {
   readonly element: HTMLElement;
@@ -27,7 +22,7 @@ export class Toolbar {
   private readonly step = h('output', {title: 'Mean wall time of one physics step'}, '–');
   private readonly clients = button('–', () => this.showListeners(), {
     class: 'link',
-    title: 'Clients of all listeners; press to see each',
+    title: 'Clients of all listeners; press for a list',
     'data-testid': 'clients'
   });
   private listeners: ListenerStatus[] = [];
@@ -52,7 +47,7 @@ export class Toolbar {
       button('Pause', () => this.toggle(), {
         class: 'play',
         'data-testid': 'play',
-        title: 'Pause or go on (space)'
+        title: 'Pause or resume (space)'
       })
     );
     const single = access.guard(
@@ -79,7 +74,7 @@ export class Toolbar {
     const reset = access.guard(
       button('Reset', () => this.reset(), {
         'data-testid': 'reset',
-        title: 'Build the cell anew from its scene'
+        title: 'Rebuild the cell from its scene'
       }),
       undefined,
       false,
@@ -89,7 +84,7 @@ export class Toolbar {
       button('Stop cell', () => this.stopCell(), {
         class: 'danger stop-cell',
         'data-testid': 'stop-cell',
-        title: 'Stops all robots and the belt (s or Escape)'
+        title: 'Stop all robots and the belt (s or Escape)'
       }),
       () => '',
       true
@@ -117,7 +112,7 @@ export class Toolbar {
         reset,
         button('States', () => states.open(), {
           'data-testid': 'states',
-          title: 'Save the cell’s state, or go on from a saved one'
+          title: 'Save the cell’s state, or continue from a saved one'
         })
       ),
       h(
@@ -131,6 +126,7 @@ export class Toolbar {
       h(
         'div',
         {class: 'group end'},
+        unitChoice(),
         button('◐', theme, {
           class: 'icon',
           'aria-label': 'Dark or light',
@@ -159,7 +155,7 @@ export class Toolbar {
     );
   }
 
-  /** `held`: the key repeats; then the next steps wait until those before have been taken. */
+  /** `held`: the key repeats; further steps then wait until the previous ones have been taken. */
   takeSteps(steps: number, held = false): void {
     if (held && (this.stepping || !this.state.snapshot?.paused)) return;
     this.stepping = true;
@@ -178,7 +174,7 @@ export class Toolbar {
       'dialog',
       {class: 'dialog', 'aria-label': 'Reset the cell'},
       h('h2', {}, 'Reset the cell?'),
-      h('p', {}, 'Robots, parts and belt go back to the scene’s start. Connections stay open.'),
+      h('p', {}, 'Robots, parts and belt return to the start of the scene. Connections stay open.'),
       h(
         'div',
         {class: 'row end'},
@@ -257,7 +253,7 @@ export class Toolbar {
   }
 
   private show(snapshot: Snapshot): void {
-    text(this.time, clock(simTime(snapshot)));
+    text(this.time, simSeconds(simTime(snapshot)));
     text(
       this.factor,
       this.state.past
@@ -280,7 +276,7 @@ export class Toolbar {
     if (document.activeElement !== this.speed && this.speed.value !== speed) this.showSpeed(speed);
   }
 
-  /** Other clients may set any. */
+  /** Shows a speed that another client has set and that the list lacks. */
   private showSpeed(speed: string): void {
     if (![...this.speed.options].some((o) => o.value === speed))
       this.speed.append(h('option', {value: speed}, `${Number(Number(speed).toPrecision(3))}×`));

@@ -1,14 +1,15 @@
-// What was asked for on the CRCL sockets or the Modbus sockets, and by pages: commands as the daemon
-// keeps them, polls as they come.
+// Traffic of the CRCL or Modbus sockets and commands of pages: commands as the daemon keeps them, polls
+// as they arrive.
 import type {Snapshot, WireEvent, WireEvents} from '../protocol';
 import {simTime, type State} from '../state';
 import {button, card, download, h, text} from './dom';
 import {hexOf, modbusDump, ModbusText} from './modbus_text';
+import {simSeconds, wallClock} from './time';
 import {prettyXml} from './xml';
 
 const kMaxCommands = 50000;
 const kMaxPolls = 400;
-const kMaxOpen = 500; // requests and commands whose end has not been seen
+const kMaxOpen = 500; // requests and commands without an answer so far
 const kShown = 150;
 const kDrawPeriod_ms = 120;
 
@@ -80,7 +81,7 @@ export class TrafficPanel {
           crcl ? this.source : null,
           this.pauseButton,
           button('Clear', () => this.clear(), {
-            title: 'Empties this list; the daemon keeps its own'
+            title: 'Empty this list; the daemon keeps its own'
           })
         ),
         h(
@@ -97,10 +98,10 @@ export class TrafficPanel {
           ),
           h('span', {class: 'fill'}),
           button('Save as JSON', () => this.save('json'), {
-            title: 'All that is kept here and passes the filter, an event a line'
+            title: 'Save the filtered list, one event a line'
           }),
-          button('as text', () => this.save('text'), {
-            title: 'All that is kept here and passes the filter, to be read'
+          button('Save as text', () => this.save('text'), {
+            title: 'Save the filtered list as readable text'
           })
         ),
         h(
@@ -128,7 +129,7 @@ export class TrafficPanel {
     );
   }
 
-  /** Whether GetStatus, statuses and reads are to be sent while this panel is open. */
+  /** Whether this panel, while open, needs GetStatus, statuses and reads. */
   get wantsPolls(): boolean {
     return !this.quiet.checked;
   }
@@ -142,7 +143,7 @@ export class TrafficPanel {
       this.clear();
     }
     this.dropped = dropped;
-    // After a loss of the connection the daemon begins with what it keeps.
+    // After a reconnection the daemon starts with the events that it keeps.
     for (const event of events) if (event.number > this.last) this.add(event);
     if (performance.now() - this.drawn > kDrawPeriod_ms) this.draw();
     else
@@ -162,7 +163,7 @@ export class TrafficPanel {
     if (list.length > most) list.splice(0, list.length - most);
   }
 
-  /** None for what another row tells. */
+  /** A row for the event; null where it updates another row. */
   private row(event: WireEvent): Row | null {
     const latency = event.fromClient ? '' : (event.latencyS * 1000).toFixed(2);
     if (event.source === 'page')
@@ -170,7 +171,7 @@ export class TrafficPanel {
         event,
         latency,
         type: event.type,
-        summary: event.state ? `refused: ${event.state}` : 'taken',
+        summary: event.state ? `refused: ${event.state}` : 'accepted',
         bad: event.state !== ''
       };
     const key = `${event.source} ${this.wire === 'modbus' ? event.peer : ''} ${event.id}`;
@@ -193,7 +194,7 @@ export class TrafficPanel {
       this.expect(key, row);
       return row;
     }
-    // The first status that calls a command done or failed: the command's own row tells it.
+    // The first status that reports a command done or failed updates the command's row.
     const command = this.open.get(key);
     if (!command) return row;
     command.latency = ((event.timeS - command.event.timeS) * 1000).toFixed(0);
@@ -212,7 +213,7 @@ export class TrafficPanel {
 
   private pause(): void {
     this.pausedAt = this.pausedAt === null ? this.last : null;
-    text(this.pauseButton, this.pausedAt === null ? 'Pause' : 'Go on');
+    text(this.pauseButton, this.pausedAt === null ? 'Pause' : 'Resume');
     this.draw();
   }
 
@@ -241,7 +242,7 @@ export class TrafficPanel {
     return words.every((word) => row.searched!.includes(word));
   }
 
-  /** At most so many of the latest rows that pass the filter, the latest first. */
+  /** The latest rows that pass the filter, the latest first, at most `most`. */
   private latest(most: number): Row[] {
     const words = this.filter.value.trim().toLowerCase().split(/\s+/).filter(Boolean);
     const found: Row[] = [];
@@ -266,9 +267,16 @@ export class TrafficPanel {
     const shown = this.latest(this.limit);
     this.body.replaceChildren(...shown.map((row) => this.line(row)));
     this.more.hidden = shown.length < this.limit;
-    const held = this.pausedAt === null ? '' : `, ${this.last - this.pausedAt} newer held back`;
-    const gone = this.dropped > 0n ? `; ${this.dropped} older ones are no longer kept` : '';
+    const held = this.pausedAt === null ? '' : `, ${this.last - this.pausedAt} newer hidden`;
+    const gone = this.dropped > 0n ? `; ${this.dropped} older ones dropped` : '';
     text(this.note, `${shown.length} shown of ${this.commands.length} commands${held}${gone}`);
+  }
+
+  /** Closes the details of an event; false where none are open. */
+  closeDetail(): boolean {
+    if (this.detail.hidden || !this.element.offsetParent) return false;
+    this.detail.hidden = true;
+    return true;
   }
 
   private isText(event: WireEvent): boolean {
@@ -286,8 +294,8 @@ export class TrafficPanel {
       h(
         'td',
         {},
-        h('time', {title: 'wall time'}, clock(event.timeS)),
-        h('small', {title: 'simulated time'}, `${event.simTimeS.toFixed(3)} s`)
+        h('time', {title: 'wall time'}, wallClock(event.timeS)),
+        h('small', {title: 'simulated time'}, simSeconds(event.simTimeS))
       ),
       h('td', {}, event.fromClient ? '→' : '←'),
       crcl ? h('td', {}, event.source.replace('crcl.', '')) : null,
@@ -306,11 +314,11 @@ export class TrafficPanel {
         'div',
         {class: 'row'},
         h('strong', {}, `${row.type} ${event.fromClient ? 'from' : 'to'} ${event.peer}`),
-        button('Close', () => (this.detail.hidden = true))
+        button('Close', () => void this.closeDetail())
       ),
       row.summary ? h('p', {}, row.summary) : '',
       this.content(event),
-      cut > 0 ? h('small', {}, `${cut} further bytes are not kept.`) : ''
+      cut > 0 ? h('small', {}, `${cut} further bytes were dropped.`) : ''
     );
   }
 
@@ -363,14 +371,10 @@ export class TrafficPanel {
   }
 }
 
-/** While the past is shown, so is what had gone over the wires by then. */
+/** Whether an event came after the shown moment of the past. */
 function isAfter(event: WireEvent, past: Snapshot): boolean {
   if (event.epoch !== past.epoch) return event.epoch > past.epoch;
   return event.simTimeS > simTime(past) + 1e-9;
-}
-
-function clock(time_s: number): string {
-  return new Date(time_s * 1000).toISOString().slice(11, 23);
 }
 
 function pretty(json: string): string {

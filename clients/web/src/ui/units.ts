@@ -1,5 +1,6 @@
-// The units in which people read lengths and angles. The wire is SI throughout.
+// Display units of lengths and angles. The protocol uses SI.
 import {Signal} from '../state';
+import {h} from './dom';
 
 export type Length = 'mm' | 'm' | 'in';
 export type Angle = 'deg' | 'rad';
@@ -10,14 +11,14 @@ const kLengthDigits: Record<Length, number> = {mm: 2, m: 5, in: 4};
 const kAngleDigits: Record<Angle, number> = {deg: 2, rad: 4};
 const kQuantity = /(-?\d+(?:\.\d+)?(?:e[-+]?\d+)?) (mm|m|deg|rad)(?=$|[^\w^²])/g;
 
-/** Without a sign where nothing is left of the number. */
+/** Rounds; a result of zero has no sign. */
 function rounded(value: number, digits: number): string {
   const text = value.toFixed(digits);
   return Number(text) === 0 ? (0).toFixed(digits) : text;
 }
 
 class Units {
-  /** Carries the units before. */
+  /** Carries the previous units. */
   readonly changed = new Signal<{length: Length; angle: Angle}>();
   length: Length = (localStorage.getItem('length') as Length | null) ?? 'mm';
   angle: Angle = (localStorage.getItem('angle') as Angle | null) ?? 'deg';
@@ -52,12 +53,12 @@ class Units {
   get angleSign(): string {
     return this.angle === 'deg' ? '°' : 'rad';
   }
-  /** A speed that people set, without idle digits. */
+  /** A speed with three significant digits. */
   speedText(m_s: number): string {
     return `${Number(this.lengthOf(m_s).toPrecision(3))} ${this.length}/s`;
   }
 
-  /** What the daemon says, with its lengths, angles and speeds in these units. */
+  /** A message of the daemon with its lengths, angles and speeds in these units. */
   inText(message: string): string {
     return message.replace(kQuantity, (whole, number: string, unit: string) => {
       const value = Number(number);
@@ -70,3 +71,22 @@ class Units {
 }
 
 export const units = new Units();
+
+/** Two lists with which people choose units. */
+export function unitChoice(): HTMLElement {
+  const list = (label: string, names: string[]): HTMLSelectElement =>
+    h(
+      'select',
+      {'aria-label': label, title: label},
+      ...names.map((name) => h('option', {value: name}, name))
+    );
+  const length = list('Unit of lengths', ['mm', 'm', 'in']);
+  const angle = list('Unit of angles', ['deg', 'rad']);
+  length.value = units.length;
+  angle.value = units.angle;
+  for (const choice of [length, angle])
+    choice.addEventListener('change', () =>
+      units.set(length.value as Length, angle.value as Angle)
+    );
+  return h('div', {class: 'units', role: 'group', 'aria-label': 'Units'}, length, angle);
+}

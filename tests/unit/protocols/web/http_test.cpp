@@ -108,6 +108,111 @@ TEST_F(Http, RefusesForeignHostsAndPages) {
   EXPECT_TRUE(has(own.upgrade("http://" + own.host()), "101"));
 }
 
+/// First line of the answer to these bytes on a connection of its own.
+std::string status_of(std::uint16_t port, const std::string& bytes) {
+  RawWebClient client(port);
+  client.send(bytes + "\r\n\r\n");
+  const std::string answer = client.answer();
+  return answer.substr(0, answer.find("\r\n"));
+}
+
+TEST_F(Http, AcceptsHttp10WithoutHostAndChecksAHostThatIsSent) {
+  start();
+  EXPECT_TRUE(has(status_of(port, "GET /healthz HTTP/1.0"), " 200 "));
+  EXPECT_TRUE(has(status_of(port, "GET / HTTP/1.0"), " 200 "));
+  EXPECT_TRUE(has(status_of(port, "GET /healthz HTTP/1.0\r\nHost: evil.example"), " 421 "));
+  RawWebClient client(port);
+  client.send("GET / HTTP/1.0\r\n\r\n");
+  EXPECT_TRUE(has(client.answer(), "connect-src 'self'; base-uri"));
+  EXPECT_TRUE(client.closed());
+}
+
+TEST_F(Http, RefusesMissingRepeatedAndMalformedHosts) {
+  start();
+  for (const std::string headers :
+       {"", "\r\nHost: localhost\r\nHost: localhost", "\r\nHost: localhost\r\nHost: evil.example",
+        "\r\nHost: localhost:80:90", "\r\nHost: a b", "\r\nHost: user@localhost"}) {
+    EXPECT_TRUE(has(status_of(port, "GET /healthz HTTP/1.1" + headers), " 400 ")) << headers;
+  }
+  EXPECT_TRUE(has(status_of(port, "GET /healthz HTTP/1.1\r\nHost: localhost."), " 200 "));
+  EXPECT_TRUE(has(status_of(port, "GET /healthz HTTP/1.1\r\nHost: LOCALHOST.:80"), " 200 "));
+}
+
+TEST_F(Http, AcceptsTargetsInAbsoluteForm) {
+  start();
+  const std::string host = "\r\nHost: localhost";
+  EXPECT_TRUE(
+      has(status_of(port, "GET http://127.0.0.1:80/readyz?verbose HTTP/1.1" + host), "200"));
+  EXPECT_TRUE(has(status_of(port, "GET HTTP://localhost HTTP/1.1" + host), " 200 "));
+  // The target's host counts, not that of the header.
+  EXPECT_TRUE(has(status_of(port, "GET http://evil.example/ HTTP/1.1" + host), " 421 "));
+  EXPECT_TRUE(has(status_of(port, "GET http://localhost/ HTTP/1.1\r\nHost: evil.example"), "200"));
+  EXPECT_TRUE(has(status_of(port, "GET ftp://localhost/ HTTP/1.1" + host), " 404 "));
+  EXPECT_TRUE(has(status_of(port, "GET http://me@localhost/ HTTP/1.1" + host), " 400 "));
+}
+
+TEST_F(Http, DecodesEscapedPathsOnce) {
+  start();
+  RawWebClient client(port);
+  EXPECT_TRUE(has(client.request("GET /%61pp%2ejs HTTP/1.1"), " 200 "));
+  EXPECT_TRUE(has(client.request("GET /healt%68z HTTP/1.1"), " 200 "));
+  EXPECT_TRUE(has(client.request("GET /models%2Ffanuc.urdf HTTP/1.1"), " 404 "));
+  EXPECT_TRUE(has(client.request("GET /%2561pp.js HTTP/1.1"), " 404 "));
+  EXPECT_TRUE(has(client.request("GET /app.js%00 HTTP/1.1"), " 404 "));
+  EXPECT_TRUE(has(client.request("GET /app.js%4 HTTP/1.1"), " 400 "));
+}
+
+TEST_F(Http, CompressesOnlyWhereTheClientAcceptsIt) {
+  start();
+  RawWebClient client(port);
+  for (const std::string accepted : {"gzip", "br, GZIP;q=0.5", "*", "x-gzip"}) {
+    EXPECT_TRUE(has(client.request("GET /app.js HTTP/1.1", "Accept-Encoding: " + accepted + "\r\n"),
+                    "Content-Encoding: gzip"))
+        << accepted;
+  }
+  for (const std::string refused :
+       {"gzip;q=0", "gzip ; q=0.000, *", "br", "*;q=0", "gzip;q=none", "notgzip"}) {
+    EXPECT_FALSE(has(client.request("GET /app.js HTTP/1.1", "Accept-Encoding: " + refused + "\r\n"),
+                     "Content-Encoding"))
+        << refused;
+  }
+  EXPECT_TRUE(has(
+      client.request("GET /app.js HTTP/1.1", "Accept-Encoding: br\r\nAccept-Encoding: gzip\r\n"),
+      "Content-Encoding: gzip"));
+}
+
+std::string etag_in(const std::string& answer) {
+  const auto at = answer.find("ETag: ") + 6;
+  return answer.substr(at, answer.find("\r\n", at) - at);
+}
+
+TEST_F(Http, ComparesEntityTagsWeaklyAndInLists) {
+  start();
+  RawWebClient client(port);
+  const std::string plain = etag_in(client.request("GET /app.js HTTP/1.1"));
+  const std::string gzip = "Accept-Encoding: gzip\r\n";
+  const std::string packed = etag_in(client.request("GET /app.js HTTP/1.1", gzip));
+  EXPECT_NE(plain, packed) << "different bytes need different strong tags";
+  const auto get = [&](const std::string& headers, bool with_body) {
+    return client.request("GET /app.js HTTP/1.1", headers, with_body);
+  };
+  for (const std::string& tags : {plain, "W/" + plain, "\"x,y\", " + plain, std::string("*")}) {
+    EXPECT_TRUE(has(get("If-None-Match: " + tags + "\r\n", false), " 304 ")) << tags;
+  }
+  EXPECT_TRUE(has(get("If-None-Match: \"x\"\r\nIf-None-Match: W/" + plain + "\r\n", false), "304"));
+  EXPECT_TRUE(has(get(gzip + "If-None-Match: W/" + packed + "\r\n", false), " 304 "));
+  for (const std::string& tags :
+       {packed, std::string("\"*\""), plain.substr(1), std::string("\"x")}) {
+    EXPECT_TRUE(has(get("If-None-Match: " + tags + "\r\n", true), " 200 ")) << tags;
+  }
+}
+
+TEST_F(Http, RefusalsNameTheRemedy) {
+  start();
+  EXPECT_TRUE(has(RawWebClient(port).request("DELETE / HTTP/1.1"), "Allow: GET, HEAD"));
+  EXPECT_TRUE(has(RawWebClient(port).request("GET /ws HTTP/1.1"), "Upgrade: websocket"));
+}
+
 TEST_F(Http, EndsAConnectionThatAsksTooOften) {
   start();
   RawWebClient client(port);
@@ -158,7 +263,7 @@ TEST_F(Http, TheViewerLimitHoldsForManyAtOnce) {
   for (const auto& client : clients) {
     const std::string answer = client->answer();
     viewers += answer.starts_with("HTTP/1.1 101");
-    refused += answer.starts_with("HTTP/1.1 503") && has(answer, "as many viewers as");
+    refused += answer.starts_with("HTTP/1.1 503") && has(answer, "maximum number of viewers");
   }
   EXPECT_EQ(viewers, 24);
   EXPECT_EQ(refused, 176);

@@ -134,7 +134,7 @@ TEST_F(Jog, ACommandFromElsewhereEndsItWithoutAStop) {
     return u.has_snapshot() && u.snapshot().robots(1).action().ticket() == 99;
   });
   const auto again = client.ask(joint(0));
-  EXPECT_NE(again.message().find("taken the robot over"), std::string::npos) << again.message();
+  EXPECT_NE(again.message().find("taken over the robot"), std::string::npos) << again.message();
   EXPECT_TRUE(client.ask(release()).ok());
   EXPECT_EQ(world.commands().size(), 1u);
   EXPECT_TRUE(client.ask(joint(0)).ok()) << "pressed anew";
@@ -325,7 +325,7 @@ TEST_F(Jog, StepsEndWithACommandFromElsewhereAndWithTheirViewer) {
     client.send(step(along_x(), 101, 0.1));
     ASSERT_TRUE(world.wait_for_commands(1));
     world.report(1, 99, api::ActionState::kWorking);
-    EXPECT_NE(outcome(client, 101).message().find("taken the robot over"), std::string::npos);
+    EXPECT_NE(outcome(client, 101).message().find("taken over the robot"), std::string::npos);
     EXPECT_EQ(world.commands().size(), 1u);
     world.publish([](api::Snapshot& s) {  // tickets count on from the last command's
       s.applied = 1;

@@ -124,7 +124,7 @@ TEST_F(ProgramRequest, WithoutProgramsThePageIsTold) {
   (void)client.upgrade();
   const auto told = client.next([](const auto& u) { return u.has_programs(); });
   ASSERT_TRUE(told);
-  EXPECT_EQ(told->programs().refusal(), "This daemon starts no programs (web.programs).");
+  EXPECT_EQ(told->programs().refusal(), "This daemon starts no programs (web.programs is false).");
   EXPECT_EQ(client.ask(start_of("demo")).message(), told->programs().refusal());
 }
 

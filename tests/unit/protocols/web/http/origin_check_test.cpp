@@ -9,13 +9,14 @@ namespace {
 
 TEST(OriginCheck, KnowsItsOwnHosts) {
   const std::vector<std::string> names = {"cell.example"};
-  for (const char* own : {"localhost", "LOCALHOST:80", "127.0.0.1:8080", "192.168.1.5",
-                          "[::1]:8080", "cell.example", "Cell.Example:1"}) {
+  for (const char* own :
+       {"localhost", "LOCALHOST:80", "127.0.0.1:8080", "192.168.1.5", "[::1]:8080", "cell.example",
+        "Cell.Example:1", "localhost.", "Cell.Example.:8080"}) {
     EXPECT_TRUE(is_own_host(own, names)) << own;
   }
   for (const char* foreign :
        {"", "evil.example", "localhost.evil.example", "127.0.0.1.evil.example", "localhost:80:90",
-        "[::1", "localhost:x", "cell.example@evil", ":80"}) {
+        "[::1", "localhost:x", "cell.example@evil", ":80", "localhost..", ".", "localhost /"}) {
     EXPECT_FALSE(is_own_host(foreign, names)) << foreign;
   }
 }

@@ -103,7 +103,7 @@ TEST_F(FaultLogTest, ALoadIsNoReset) {
   world.apply();
   log.look(world.latest(), "", wall);
   ASSERT_EQ(log.faults().size(), 2u);
-  EXPECT_EQ(log.faults()[0].message, "went on from the saved state 'half way'");
+  EXPECT_EQ(log.faults()[0].message, "continued from the saved state 'half way'");
   EXPECT_EQ(log.faults()[1].message, "reset");
   EXPECT_EQ(log.faults()[1].severity, FaultSeverity::kNote);
 }
