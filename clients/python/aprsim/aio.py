@@ -82,7 +82,7 @@ class Robot:
         await self.run(crcl.set_turn_speed(TURN_SPEED_RAD_S))
 
     async def end(self) -> None:
-        """Ends the session."""
+        """Sends `EndCanon`: motion ends, and the robot stays initialised."""
         await self.run(crcl.end())
 
     async def stop(self) -> None:

@@ -73,7 +73,7 @@ class Robot:
         self.run(crcl.set_turn_speed(TURN_SPEED_RAD_S))
 
     def end(self) -> None:
-        """Ends the session: the robot takes nothing until `initialise`."""
+        """Sends `EndCanon`: motion ends, and the robot stays initialised."""
         self.run(crcl.end())
 
     def stop(self) -> None:
