@@ -28,7 +28,7 @@ bool LimitedLog::admit(Clock::time_point now) {
 
 bool LimitedLog::admit_line() {
   if (!admit(Clock::now())) return false;
-  if (suppressed_ > 0) spdlog::warn("{}: {} log lines left out", name_, suppressed_);
+  if (suppressed_ > 0) spdlog::warn("{}: {} log lines suppressed", name_, suppressed_);
   suppressed_ = 0;
   return true;
 }

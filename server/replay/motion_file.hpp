@@ -14,15 +14,15 @@
 
 namespace aprsim::server {
 
-/// Writes how everything moves in a run that is repeated (aprsim/v1/motion.proto). Thread: the
-/// replay's.
+/// Writes the motion of all bodies during a replay (aprsim/v1/motion.proto). Thread: the replay's.
 class MotionFile {
  public:
   MotionFile(MotionOptions options, const v1::JournalHeader& header, const scene::Scene& scene);
 
-  /// The world as it is now; it takes what the rate asks for.
-  void take(const world::World& world, world::RunTime time);
-  /// Writes the rest and puts the file in its place. Errors: kUnavailable with the file.
+  /// Samples the world at the requested rate; call it after every step.
+  void sample(const world::World& world, world::RunTime time);
+  /// Writes the rest and puts the file in its place; until then an older file stays. Errors:
+  /// kUnavailable with the file.
   [[nodiscard]] Result<void> finish();
 
  private:
@@ -36,8 +36,8 @@ class MotionFile {
   const scene::Scene scene_;
   std::shared_ptr<const api::CellDescription> described_;  ///< in the last header
   std::uint64_t epoch_ = 0;
-  double base_s_ = 0, latest_s_ = 0;  ///< of the run's time over epochs
-  std::uint64_t next_step_ = 0;       ///< of that time
+  double base_s_ = 0, latest_s_ = 0;  ///< simulated time over all epochs
+  std::uint64_t next_step_ = 0;       ///< of that time, for the next sample
 };
 
 }  // namespace aprsim::server

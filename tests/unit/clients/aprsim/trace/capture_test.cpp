@@ -143,7 +143,7 @@ TEST_F(SegmentsTest, OutOfOrderTwiceAndOverlapping) {
   EXPECT_EQ(received(), sent_);
 }
 
-TEST_F(SegmentsTest, MissingBytesAreAGap) {
+TEST_F(SegmentsTest, ReportsAHoleAndReadsTheRest) {
   const std::size_t size = sent_[0].size();
   piece(0, 0, size + 30);
   piece(0.1, size + 90, stream_.size() - size - 90);  // 60 bytes of the second document are gone
@@ -222,7 +222,7 @@ TEST(Capture, PortsAreConfigurable) {
   EXPECT_FALSE(is_listener_name("grpc"));
 }
 
-TEST(Capture, TruncatedCaptureIsReadToItsEnd) {
+TEST(Capture, ReadsATruncatedFileAsFarAsItGoes) {
   CaptureFile file;
   CapturedConnection robot(file, 50000, 64444);
   robot.open(0);
@@ -254,7 +254,7 @@ TEST(Capture, TruncatedPacketsAreNoted) {
   EXPECT_EQ(actions[1].kind, "EndCanon");
 }
 
-TEST(Capture, OtherFilesAreRefused) {
+TEST(Capture, RefusesOtherFiles) {
   for (const std::string& bytes : {std::string(), std::string("no capture at all, but text"),
                                    CaptureFile().bytes().substr(0, 20)}) {
     const auto [imported, trace] = import(bytes);
