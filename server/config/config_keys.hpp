@@ -28,10 +28,10 @@ void visit(Archive& keys, CrclRobotConfig& robot) {
            "angle unit of a new connection");
   keys.key("validation", robot.strict, Word{{"lenient", "strict"}},
            "strict refuses documents that the schema does not allow");
-  keys.key(
-      "out_of_range", robot.clamp_targets, Maybe<Word>{{{"refuse", "clamp"}}},
-      "refuse targets beyond the limits, or clamp them to the limits with a warning; as the scene's "
-      "robot does when absent");
+  keys.key("out_of_range", robot.clamp_targets, Maybe<Word>{{{"refuse", "clamp"}}},
+           "refuse targets beyond the limits, or clamp them to the limits with a warning; as the "
+           "scene's "
+           "robot does when absent");
   keys.key("end_effector_done", robot.wait_for_end_effector, Word{{"at_once", "when_settled"}},
            "when SetEndEffector is done: at_once as on the robots' own servers, or when_settled, "
            "once the gripper has stopped moving");

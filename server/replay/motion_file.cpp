@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <filesystem>
 #include <iterator>
-#include <system_error>
 #include <utility>
 
 #include "aprsim/v1/motion.pb.h"

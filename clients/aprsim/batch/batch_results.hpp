@@ -38,7 +38,7 @@ struct WorstRun {
 
 /// Empty when all runs, or none, ended as expected: then no parameter makes a difference.
 [[nodiscard]] std::vector<SuccessByParameter> success_by_parameter(const Batch& batch);
-/// By rising p.
+/// Sorted by rising p.
 [[nodiscard]] std::vector<Sensitivity> sensitivity_of(const Batch& batch);
 /// The runs that failed, then those with a measure far worse than the other runs', worst first. A
 /// measure is far worse when it lies beyond the outer fence of Tukey (1977): the quartile and

@@ -103,7 +103,7 @@ std::string echoed(const Target& target) {
   return seen;
 }
 
-// Ends the session and sends a dwell of zero time: the pendant client initializes only once.
+// Ends the program and sends a dwell of zero time: the pendant client initializes only once.
 std::string after_end(const Target& target) {
   CrclProbe probe(target);
   probe.init();

@@ -112,7 +112,7 @@ TEST(Significance, ComparesShares) {
   EXPECT_EQ(mcnemar_exact(0, 0), 1);
 }
 
-TEST(Significance, DifferencesAndSamples) {
+TEST(Significance, ComparesDifferencesAndSamples) {
   // All of five positive: 2 / 2^5.
   EXPECT_NEAR(signed_rank(std::vector<double>{1, 2, 3, 4, 5}), 0.0625, 1e-12);
   EXPECT_NEAR(signed_rank(std::vector<double>{-1, 2, 3, 4, 5, 0}), 0.125, 1e-12);
@@ -291,7 +291,7 @@ TEST(Distribution, OfEqualValuesIsExact) {
   EXPECT_EQ(d.mean_95.low, 14);
 }
 
-TEST(BatchReport, EmptyBatchAndMissingSeeds) {
+TEST(BatchReport, ReportsEmptyBatchesAndMissingSeeds) {
   Batch batch = batch_of({});
   EXPECT_NE(batch_table(batch).find("0 runs, 0 as expected"), std::string::npos);
   EXPECT_NE(batch_page(batch).find("</html>"), std::string::npos);
