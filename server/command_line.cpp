@@ -81,6 +81,9 @@ void add_daemon_options(CLI::App& app, Arguments& given) {
       "machines");
   app.add_option("--ports-file", given.invocation.ports_file,
                  "Write the ports as JSON to this file once everything listens");
+  app.add_flag("--exit-on-stdin-eof", given.invocation.exit_on_stdin_eof,
+               "Stop when standard input ends: a program that starts the daemon with a pipe ends "
+               "it by dying");
   app.add_option("--journal", given.journal,
                  "Record the run in this file, or in files in this directory");
 }

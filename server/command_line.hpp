@@ -20,6 +20,7 @@ struct Invocation {
   bool serve_replay = false;           ///< let it be watched
   bool json = false;                   ///< what a replay has found, as an object
   MotionOptions motion;                ///< of a replay: where to write how things moved
+  bool exit_on_stdin_eof = false;      ///< stop when standard input ends
   bool demo = false;                   ///< start the kitting controller, too
   bool check_only = false;             ///< load configuration and scene, then leave
   bool print_config = false;           ///< print the effective configuration, then leave

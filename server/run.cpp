@@ -27,6 +27,7 @@
 #include "server/replay/replay_daemon.hpp"
 #include "server/replay/replay_files.hpp"
 #include "server/replay/replay_pace.hpp"
+#include "world/base/process/input_end.hpp"
 #include "world/scene/scene_loader.hpp"
 
 namespace aprsim::server {
@@ -168,6 +169,7 @@ int start(int argc, char** argv) {
     std::cout << key_list(invocation->config);
     return EXIT_SUCCESS;
   }
+  if (invocation->exit_on_stdin_eof) process::stop_when_input_ends();
   if (!invocation->replay.empty()) return replay(*invocation);
   auto scene = scene::load_scene(invocation->config.scene, scene::default_data_paths());
   if (!scene) return refuse(scene.error().message);

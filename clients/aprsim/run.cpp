@@ -7,6 +7,7 @@
 #include "clients/aprsim/cli/exit_code.hpp"
 #include "clients/aprsim/cli/interruption.hpp"
 #include "clients/aprsim/commands/command_line.hpp"
+#include "world/base/process/input_end.hpp"
 
 namespace aprsim::client {
 namespace {
@@ -55,6 +56,7 @@ int run(const std::vector<std::string>& arguments, std::ostream& out, std::ostre
     (line.error().exit_code == 0 ? out : err) << line.error().text;
     return line.error().exit_code;
   }
+  if (line->exit_on_stdin_eof) process::stop_when_input_ends();
   auto endpoints = needs_cell(line->command) ? find_endpoints(line->endpoints) : Endpoints();
   if (!endpoints) return report(endpoints.error(), err, screen.err);
   Console console{std::move(*endpoints), ports_file_of(line->endpoints), out, line->json, screen};

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 /// The rooms, one a folder, and the rooms that each includes. A room includes all of its row and
 /// nothing else.
 const std::map<std::string, std::set<std::string>> kArrows = {
-    {"clients/aprsim", {"clients/aprsim/cli", "clients/aprsim/commands"}},
+    {"clients/aprsim", {"clients/aprsim/cli", "clients/aprsim/commands", "world/base/process"}},
     {"clients/aprsim/batch",
      {"clients/aprsim/cli", "clients/aprsim/scenario", "clients/wires", "world/scenario"}},
     {"clients/aprsim/cli", {"clients/aprsim/text", "clients/wires"}},
@@ -97,8 +97,8 @@ const std::map<std::string, std::set<std::string>> kArrows = {
     {"server",
      {"protocols/crcl", "protocols/grpc", "protocols/modbus", "protocols/vision", "protocols/web",
       "server/access", "server/config", "server/journal", "server/listeners", "server/operations",
-      "server/programs", "server/replay", "world/base", "world/cell", "world/runtime",
-      "world/runtime/history", "world/scene", "world/scene/model"}},
+      "server/programs", "server/replay", "world/base", "world/base/process", "world/cell",
+      "world/runtime", "world/runtime/history", "world/scene", "world/scene/model"}},
     {"server/access",
      {"protocols/access", "protocols/net", "server/config", "server/operations", "world/api/ports",
       "world/base", "world/base/yaml"}},

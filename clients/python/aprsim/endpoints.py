@@ -7,7 +7,9 @@ import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from . import arguments
 from .errors import AprsimError
+from .hosts import checked_host
 
 PORTS_FILE_VARIABLE = "APRSIM_PORTS_FILE"
 TOKEN_VARIABLE = "APRSIM_TOKEN"
@@ -40,6 +42,12 @@ class Endpoints:
     """Goes with every call; empty = none."""
     encryption: Encryption | None = None
     """None = gRPC is not encrypted."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "host", checked_host(self.host))
+        arguments.whole("grpc_port", self.grpc, 1, 65535)
+        for robot, port in self.crcl.items():
+            arguments.whole(f"crcl_ports['{robot}']", port, 1, 65535)
 
     def crcl_port(self, robot: str) -> int:
         """Raises AprsimError with the names there are."""

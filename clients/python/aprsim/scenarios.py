@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Mapping
 
 from .binaries import find_binary
+from .child import Child
 from .errors import ScenarioError
 
 
@@ -94,14 +95,19 @@ def read_report(report: Mapping[str, Any]) -> ScenarioReport:
 
 
 def _run(command: list[str], timeout_s: float | None) -> list[str]:
+    child = Child(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     try:
-        done = subprocess.run(
-            command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=timeout_s, check=False
+        output, errors = (
+            text.decode("utf-8", errors="replace")
+            for text in child.process.communicate(timeout=timeout_s)
         )
     except subprocess.TimeoutExpired as error:
         raise ScenarioError(f"{' '.join(command)} has not ended within {timeout_s:g} s") from error
-    lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
-    # A report that is not as expected ends with 1 as well.
-    if done.returncode not in (0, 1) or not lines:
-        raise ScenarioError(f"{' '.join(command)}: exit code {done.returncode}: {done.stderr.strip()}")
+    finally:
+        child.end()
+    lines = [line for line in output.splitlines() if line.startswith("{")]
+    code = child.process.returncode
+    # The exit code is 1 also for a report that is not as expected.
+    if code not in (0, 1) or not lines:
+        raise ScenarioError(f"{' '.join(command)}: exit code {code}: {errors.strip()}")
     return lines
