@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <functional>
 #include <iostream>
 #include <memory>
@@ -23,6 +24,7 @@
 #include "server/operations/ports_file.hpp"
 #include "server/operations/process.hpp"
 #include "server/operations/service_manager.hpp"
+#include "server/operations/stop_deadline.hpp"
 #include "server/replay/motion_file.hpp"
 #include "server/replay/replay_daemon.hpp"
 #include "server/replay/replay_files.hpp"
@@ -33,11 +35,17 @@
 namespace aprsim::server {
 namespace {
 
-/// One clear line on standard error; exit code 1.
+/// Prints an error; returns exit code 1.
 int refuse(const std::string& message) {
-  // In one piece: the log's thread writes there too.
+  // In one write, since the log's thread writes there too.
   std::cerr << "aprsimd: " + message + "\n" << std::flush;
   return EXIT_FAILURE;
+}
+
+/// Returns the exit code, but 1 instead of 0 where standard output could not be written.
+int check_output(int exit_code) {
+  if (std::cout.flush() || exit_code != EXIT_SUCCESS) return exit_code;
+  return refuse("cannot write the output");
 }
 
 void announce(const Ports& ports, const Config& config) {
@@ -46,12 +54,12 @@ void announce(const Ports& ports, const Config& config) {
   if (const auto web = ports.find("web"); web != ports.end()) {
     const auto outside = outside_addresses(config.web.address);
     const std::string& host = outside.empty() ? config.web.address : outside.front();
-    spdlog::info("see it: {}://{}/", config.tls.certificate ? "https" : "http",
+    spdlog::info("web page: {}://{}/", config.tls.certificate ? "https" : "http",
                  host_and_port(host, web->second));
   }
 }
 
-/// A misspelt name would silently leave a robot at its defaults.
+/// With a misspelt name the robot would silently keep its defaults.
 void warn_of_unknown_robots(const Config& config, const scene::Scene& scene) {
   for (const std::string& key : keys_of_unknown_robots(config, robots_of(scene))) {
     std::cerr << "aprsimd: warning: " << key << ": scene " << scene.name << " has no such robot"
@@ -59,7 +67,7 @@ void warn_of_unknown_robots(const Config& config, const scene::Scene& scene) {
   }
 }
 
-/// Until a signal comes. Exit code 0.
+/// Serves until a signal. Exit code 0.
 template <typename Served>
 int serve_until_signal(Served& daemon, const Invocation& invocation,
                        const std::function<bool()>& makes_progress) {
@@ -74,7 +82,7 @@ int serve_until_signal(Served& daemon, const Invocation& invocation,
   }
   ServiceManager service_manager;
   service_manager.ready();
-  // The same signal means the end where a terminal closes.
+  // SIGHUP of a terminal that closes means the end.
   const bool reloads = !has_terminal();
   std::optional<int> signal;
   while (!(signal = wait_for_signal(service_manager.period())) || (reloads && *signal == SIGHUP)) {
@@ -84,6 +92,10 @@ int serve_until_signal(Served& daemon, const Invocation& invocation,
   service_manager.stopping();
   spdlog::info("signal {}: stopping", *signal);
   unblock_signals();
+  const StopDeadline deadline([&] {
+    ports_file.remove();
+    daemon.finish_journal();
+  });
   daemon.stop();
   spdlog::info("stopped");
   return EXIT_SUCCESS;
@@ -117,14 +129,25 @@ int serve_replay(const Invocation& invocation, const journal::RecordedRun& run,
     return refuse(ok.error().message);
   }
   const Logging logging(invocation.config.log_level);
-  spdlog::info("aprsimd {}: run {} of scene {} again", kVersion, run.header().run_id(),
+  spdlog::info("aprsimd {}: replays run {} of scene {}", kVersion, run.header().run_id(),
                run.header().scene());
   for (const std::string& caution : run.cautions()) spdlog::warn("replay: {}", caution);
   ReplayDaemon daemon(invocation.config, run, part, invocation.replay_speed);
   return serve_until_signal(daemon, invocation, [] { return true; });
 }
 
-/// Exit code 1 when the run differs, 2 when it cannot be run.
+/// Error: the output is one of the journal's files, also by another name.
+Result<void> check_not_among(const std::vector<std::string>& files, const std::string& output) {
+  std::error_code none;
+  for (const std::string& file : files) {
+    if (!std::filesystem::equivalent(file, output, none)) continue;
+    return fail(ErrorCode::kInvalidArgument, "motion",
+                "--motion " + output + ": is the journal " + file + ", which it would overwrite");
+  }
+  return {};
+}
+
+/// Exit code 1 when the replay differs, 2 when it fails.
 int replay(const Invocation& invocation) {
   const auto unreadable = [](const Error& error) {
     refuse(error.message);
@@ -138,9 +161,12 @@ int replay(const Invocation& invocation) {
   if (invocation.replay_speed) part.watch = journal::paced(*invocation.replay_speed);
   std::optional<MotionFile> motion;
   if (!invocation.motion.file.empty()) {
+    if (auto ok = check_not_among(run->files(), invocation.motion.file); !ok) {
+      return unreadable(ok.error());
+    }
     motion.emplace(invocation.motion, run->header(), *run->scene());
     part.watch = [&motion, paced = part.watch](const world::World& world, world::RunTime time) {
-      motion->take(world, time);
+      motion->sample(world, time);
       return !paced || paced(world, time);
     };
   }
@@ -179,7 +205,7 @@ int start(int argc, char** argv) {
     return refuse(ok.error().message);
   }
   if (invocation->check_only) {
-    const Daemon probe(invocation->config, shared);
+    Daemon::check(invocation->config, shared);
     std::cout << "scene " << shared->name << ": " << shared->robots.size() << " robots, "
               << shared->trays.size() << " trays, " << shared->gears.size() << " gears; ok\n";
     return EXIT_SUCCESS;
@@ -190,8 +216,9 @@ int start(int argc, char** argv) {
 }  // namespace
 
 int run(int argc, char** argv) {
+  open_standard_descriptors();
   try {
-    return start(argc, argv);
+    return check_output(start(argc, argv));
   } catch (const std::exception& failure) {
     return refuse(failure.what());
   }

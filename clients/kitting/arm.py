@@ -14,6 +14,7 @@ from vision import Camera
 from zones import Space
 
 APPROACH_MM = 60.0  # above where the gripper closes
+GRIPPER_S = 0.25  # for the gripper to open or to close
 GRIP_MM = 10.0  # of the tool point above the underside of a part's disc
 FAST_MM_S, SLOW_MM_S, TURN_DEG_S, HOME_DEG_S = 400.0, 120.0, 90.0, 60.0
 
@@ -154,8 +155,9 @@ class Arm:
     # -- gripper ------------------------------------------------------------------------------
 
     def set_gripper(self, opened: bool) -> None:
+        """The robot reports the command done before the gripper has moved, so it is given time."""
         self.crcl.set_gripper(opened)
-        self.crcl.dwell(0.05)
+        self.crcl.dwell(GRIPPER_S)
 
     def holds(self) -> bool:
         """By the gripper's status: it says so, or, where it does not say, the fingers have closed on

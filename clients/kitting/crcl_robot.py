@@ -191,6 +191,9 @@ class CrclRobot:
 
     def close(self) -> None:
         if self._socket is not None:
+            # With a status unread, closing alone would reset the connection: the robot stops then.
+            with contextlib.suppress(OSError):
+                self._socket.shutdown(socket.SHUT_WR)
             self._socket.close()
         self._socket = None
 

@@ -39,8 +39,12 @@ TcpSocket& TcpSocket::operator=(TcpSocket&& other) noexcept {
   return *this;
 }
 
+// With unread input, closing alone would reset the connection: a robot stops then, as its
+// controller seems to be lost.
 TcpSocket::~TcpSocket() {
-  if (fd_ >= 0) close(fd_);
+  if (fd_ < 0) return;
+  shutdown(fd_, SHUT_WR);
+  close(fd_);
 }
 
 Outcome<void> TcpSocket::wait(short events, Time deadline, const Cancelled& cancelled) const {

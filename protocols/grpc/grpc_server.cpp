@@ -38,7 +38,6 @@ namespace aprsim::grpc_server {
 namespace {
 
 constexpr int kMaxMessageBytes = 64 * 1024;
-constexpr std::size_t kMaxMemoryBytes = std::size_t{64} << 20;
 
 /// Names one process among all that ever ran.
 std::string random_instance_id() {
@@ -70,9 +69,9 @@ Result<void> check(const TelemetryOptions& options) {
   return {};
 }
 
-void set_limits(grpc::ServerBuilder& builder) {
+void set_limits(grpc::ServerBuilder& builder, std::size_t max_memory_bytes) {
   builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
-  builder.SetResourceQuota(grpc::ResourceQuota("telemetry").Resize(kMaxMemoryBytes));
+  builder.SetResourceQuota(grpc::ResourceQuota("telemetry").Resize(max_memory_bytes));
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, 32);
   builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, 8 * 1024);
   builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, 5'000);
@@ -133,7 +132,8 @@ class TelemetryServer::Impl {
       return port;
     }
     hub_ = std::make_unique<StreamHub>(source_, options_.feed, options_.max_streams,
-                                       options_.write_timeout, [this] { report_health(); });
+                                       options_.max_backlogs_bytes, options_.write_timeout,
+                                       [this] { report_health(); });
     event_hub_ = std::make_unique<EventHub>(options_.events, options_.max_event_streams,
                                             options_.write_timeout);
     waiter_ = std::make_unique<CommandWaiter>(source_);
@@ -190,7 +190,7 @@ class TelemetryServer::Impl {
   bool serve() {
     set_up_grpc();
     grpc::ServerBuilder builder;
-    set_limits(builder);
+    set_limits(builder, options_.max_memory_bytes);
     builder.RegisterService(telemetry_.get());
     builder.RegisterService(control_.get());
     builder.RegisterService(history_.get());

@@ -33,8 +33,8 @@ void set_option(int fd, int level, int option, int value) {
   (void)::setsockopt(fd, level, option, &value, sizeof value);
 }
 
-// A peer that has gone without a word is noticed after 11 s: 5 s idle, then 3 probes 2 s apart;
-// after 10 s when data wait to be acknowledged.
+// A peer that vanishes without FIN or RST is detected after 11 s (5 s idle, then 3 probes 2 s
+// apart), or after 10 s if data are unacknowledged.
 void prepare(tcp::socket& socket) {
   const int fd = socket.native_handle();
   set_option(fd, IPPROTO_TCP, TCP_NODELAY, 1);
@@ -92,7 +92,7 @@ void TcpListener::resume() {
   if (acceptor_.is_open()) return;
   const Result<std::uint16_t> port = listen();
   if (port) return;
-  spdlog::error("{}: {}; trying again", name_, port.error().message);
+  spdlog::error("{}: {}; retrying", name_, port.error().message);
   close();
   retry_.expires_after(kRetryDelay);
   retry_.async_wait([this](const error_code& cancelled) {
@@ -129,7 +129,7 @@ void TcpListener::accept_waiting() {
   accept();
 }
 
-// A socket that is not handed on is closed.
+// A socket that gets no slot is closed.
 void TcpListener::admit(tcp::socket socket) {
   error_code gone;
   const tcp::endpoint endpoint = socket.remote_endpoint(gone);
@@ -168,12 +168,12 @@ void TcpListener::refuse(const std::string& peer, const std::string& why) {
   refused_unlogged_ = 0;
 }
 
-// Out of descriptors or memory: the connection stays in the queue, and accepting it at once would
-// spin.
+// Descriptors or memory are exhausted. The connection stays in the queue, so an immediate retry
+// would spin.
 void TcpListener::retry_later(const std::string& why) {
   const auto now = std::chrono::steady_clock::now();
   if (now - last_failure_log_ >= kLogInterval) {
-    spdlog::error("{}: cannot accept: {}; trying again", name_, why);
+    spdlog::error("{}: cannot accept: {}; retrying", name_, why);
     last_failure_log_ = now;
   }
   retry_.expires_after(kRetryDelay);

@@ -10,8 +10,8 @@
 
 #include "world/base/result.hpp"
 
-/// The daemon's configuration: defaults here, then a YAML file, then the command line. What each
-/// value means and may be stands in config_keys.hpp.
+/// The daemon's configuration: defaults here, then a YAML file, then the command line. The
+/// meaning and the range of each value are in config_keys.hpp.
 namespace aprsim::server {
 
 /// Pace of simulated time by the wall clock.
@@ -36,8 +36,9 @@ struct TimeConfig {
 struct CrclRobotConfig {
   std::string length_unit = "millimeter";
   std::string angle_unit = "degree";
-  bool strict = false;         ///< key validation
-  bool clamp_targets = false;  ///< key out_of_range
+  bool strict = false;                 ///< key validation
+  std::optional<bool> clamp_targets;   ///< key out_of_range; absent = as the scene says
+  bool wait_for_end_effector = false;  ///< key end_effector_done
   bool end_program_with_client = false;
   std::optional<std::array<double, 3>> cartesian_min_m, cartesian_max_m;
 };
@@ -111,7 +112,7 @@ struct AccessConfig {
   bool strangers_look = true;  ///< key anonymous
 };
 
-/// How gRPC and the page are encrypted; without a certificate they are not.
+/// Encryption of gRPC and the page; none without a certificate.
 struct TlsConfig {
   std::optional<std::string> certificate, key, client_ca;
   bool client_needed = false;  ///< key client_certificates
@@ -121,14 +122,19 @@ struct TlsConfig {
 struct JournalConfig {
   std::optional<std::string> place;  ///< file or directory; absent = none
   std::uint32_t max_file_mb = 64;
-  std::uint32_t memory_minutes = 10;  ///< simulated
-  std::uint32_t memory_mb = 256;      ///< 0 = nothing is kept in memory
+  std::uint32_t memory_minutes = 10;       ///< simulated
+  std::optional<std::uint32_t> memory_mb;  ///< 0 = nothing is kept in memory
 };
 
-/// How much of the past is kept in memory, to be looked at.
+/// Past of the run that is kept in memory for queries.
 struct HistoryConfig {
   std::uint32_t minutes = 10;  ///< of simulated time; 0 = none
-  std::uint32_t max_mb = 128;
+  std::optional<std::uint32_t> max_mb;
+};
+
+/// The memory of the daemon. Sizes that other sections leave out are shares of it: memory_shares().
+struct MemoryConfig {
+  std::uint32_t max_mb = 400;
 };
 
 /// Limits of the connections of every listener.
@@ -143,7 +149,8 @@ struct Config {
   Speed speed;
   TimeConfig time;
   std::string log_level = "info";
-  std::uint32_t saved_states_mb = 64;
+  std::optional<std::uint32_t> saved_states_mb;
+  MemoryConfig memory;
   JournalConfig journal;
   HistoryConfig history;
   ConnectionsConfig connections;

@@ -5,6 +5,7 @@
 #include "protocols/messages/enum_match.hpp"
 #include "protocols/messages/write_message.hpp"
 #include "server/journal/command_message.hpp"
+#include "world/base/utf8_text.hpp"
 #include "world/cell/state_bytes.hpp"
 
 namespace aprsim::protocols {
@@ -113,7 +114,7 @@ void write_message(const Missing& missing, v1::JournalRecord& record) {
   to.set_commands(missing.commands);
   write_time(missing.begin, *to.mutable_begin());
   write_time(missing.end, *to.mutable_end());
-  to.set_reason(missing.reason);
+  to.set_reason(utf8_text(missing.reason));
 }
 
 }  // namespace aprsim::server::journal

@@ -14,6 +14,7 @@
 
 #include "proto/journal/journal_reader.hpp"
 #include "server/journal/build_identity.hpp"
+#include "server/journal/utf8_strings.hpp"
 #include "world/cell/state_bytes.hpp"
 #include "world/scene/scene_loader.hpp"
 
@@ -84,6 +85,7 @@ Result<v1::JournalHeader> header_of(const scene::Scene& scene) {
     model.set_sha256(sha256(bytes));
     model.set_content(std::move(bytes));
   }
+  make_utf8(header);
   return header;
 }
 

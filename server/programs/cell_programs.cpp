@@ -17,7 +17,7 @@
 namespace aprsim::server {
 namespace {
 
-/// A directory of our own; empty when there can be none.
+/// A new private directory; empty where it cannot be created.
 std::string make_directory() {
   std::error_code failed;
   std::string name = (std::filesystem::temp_directory_path(failed) / "aprsimd-XXXXXX").string();
@@ -29,7 +29,8 @@ std::string make_directory() {
 
 bool is_any(const std::string& address) { return address == "0.0.0.0" || address == "::"; }
 
-/// Where programs on this machine reach every listener; none when that is not one address.
+/// The address at which programs on this machine reach all listeners; empty where they have
+/// several.
 std::optional<std::string> host_of(const Config& config) {
   const std::array all{config.crcl.address, config.modbus.address, config.vision.address,
                        config.grpc.address};
@@ -58,7 +59,7 @@ CellPrograms::CellPrograms(const Config& config, bool demo, std::string token) :
   }
   if (!pages_may) options.refusal = "Pages start and stop no programs here (web.programs).";
   options.environment["APRSIM_TOKEN"] = std::move(token);
-  // They trust this daemon's own certificate; it must name the address at which they reach it.
+  // Programs trust the daemon's own certificate, which must name the address that they use.
   if (config.tls.certificate) options.environment["APRSIM_CA"] = *config.tls.certificate;
   programs_ = std::make_unique<Programs>(std::move(options));
 }

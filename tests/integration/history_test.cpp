@@ -298,7 +298,7 @@ TEST_F(RecordedRun, IsWatchedWithItsWholePastAndTakesNoCommands) {
   v1::ResetResponse response;
   const auto refused = cell.control->Reset(&context, {}, &response);
   EXPECT_EQ(refused.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_NE(refused.error_message().find("takes no commands"), std::string::npos)
+  EXPECT_NE(refused.error_message().find("accepts no commands"), std::string::npos)
       << refused.error_message();
   (void)past.resume_from(1000);
   EXPECT_EQ(past.status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);

@@ -41,19 +41,29 @@ Result<WorldPtr> with_value(const World& world, const api::SetSceneValue& set) {
   return next;
 }
 
+/// Gears and trays of the scene's file.
+std::size_t bodies_in(const scene::Scene& scene) { return scene.gears.size() + scene.trays.size(); }
+
 Result<WorldPtr> with_body(const World& world, const api::SpawnBody& spawn) {
+  const std::size_t added = bodies_in(*world.scene()) - bodies_in(world.base_scene());
+  if (added >= api::kMaxAddedBodies) {
+    return fail(ErrorCode::kFailedPrecondition, "name",
+                "'" + spawn.name + "': " + std::to_string(added) +
+                    " bodies have been added to the cell, the limit is " +
+                    std::to_string(api::kMaxAddedBodies) + " with those removed; reset the cell");
+  }
   auto scene = scene::with_body(*world.scene(), spawn.type, spawn.name, spawn.X_WB);
   if (!scene) return tl::unexpected(std::move(scene.error()));
   WorldPtr next = world.in_scene(*std::move(scene));
   std::vector<int> old_of;
-  int added = -1;
+  int spawned = -1;
   for (const auto& body : next->settings().bodies) {
     const auto was = world.settings().find_body(body.name);
-    if (!was) added = static_cast<int>(old_of.size());
+    if (!was) spawned = static_cast<int>(old_of.size());
     old_of.push_back(was.value_or(-1));
   }
   next->adopt(world, old_of);
-  next->put_body(added, spawn.X_WB);
+  next->put_body(spawned, spawn.X_WB);
   if (world.watches_events()) next->watch_events();
   return next;
 }

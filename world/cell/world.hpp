@@ -97,6 +97,8 @@ class World {
   [[nodiscard]] std::uint64_t state_hash() const;
 
   [[nodiscard]] const std::shared_ptr<const scene::Scene>& scene() const { return scene_; }
+  /// The scene as it was loaded, without later changes.
+  [[nodiscard]] const scene::Scene& base_scene() const { return base_ ? *base_ : *scene_; }
   [[nodiscard]] const ArmModels& models() const { return models_; }
   [[nodiscard]] const CellSettings& settings() const { return settings_; }
   [[nodiscard]] std::span<const SimulatedRobot> robots() const { return robots_; }

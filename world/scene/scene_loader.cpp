@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 
+#include "world/base/utf8_text.hpp"
 #include "world/base/yaml/yaml_tree.hpp"
 #include "world/scene/overlap_check.hpp"
 #include "world/scene/readers/object_reader.hpp"
@@ -124,7 +125,7 @@ class Loader {
   }
 
   BodyNodes read_scene(const yaml::Map& keys, Scene& scene) {
-    scene.name = fs::path(file_).stem().string();
+    scene.name = utf8_text(fs::path(file_).stem().string());
     scene.file = file_;
     scene.seed = static_cast<std::uint64_t>(keys["seed"].integer_or(1));
     scene.physics = read_physics(keys["physics"]);

@@ -28,7 +28,8 @@ TcpSocket connected(const Target& target) {
 std::string in_words(const crcl::Status& status) {
   std::string text =
       fmt::format("{} of {}", name_of(status.command.state), status.command.command_id);
-  if (status.command.description) text += ": " + crcl::shorten(*status.command.description, 60);
+  const std::string description = status.command.description.value_or("");
+  if (!description.empty()) text += ": " + crcl::shorten(description, 60);
   return text;
 }
 

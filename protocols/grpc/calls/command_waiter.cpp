@@ -52,6 +52,11 @@ bool CommandWaiter::finish_if_over(Call& call, const api::Snapshot& snapshot) {
   }
   const bool cancelled = call.context->IsCancelled();
   if (!cancelled && steady_clock::now() < call.deadline) return false;
+  if (call.confirm && !cancelled) {
+    call.confirm(snapshot);
+    call.finish(grpc::Status::OK);
+    return true;
+  }
   if (call.on_giving_up) call.on_giving_up();
   call.finish(cancelled ? grpc::Status::CANCELLED
                         : grpc::Status(grpc::StatusCode::DEADLINE_EXCEEDED,

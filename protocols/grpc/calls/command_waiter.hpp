@@ -29,6 +29,8 @@ class CommandWaiter {
     Outcome outcome;
     std::function<void()> on_giving_up;  ///< when cancelled or too late; may be empty
     std::uint64_t from_step = 0;         ///< before it, in this epoch, there is nothing to see
+    /// Fills the response and finishes the call with OK at its deadline; empty = it fails then.
+    std::function<void(const api::Snapshot&)> confirm = {};
   };
 
   explicit CommandWaiter(const api::SnapshotSource& source);

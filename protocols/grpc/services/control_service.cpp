@@ -10,11 +10,14 @@
 #include "protocols/messages/control_request.hpp"
 #include "protocols/messages/write_message.hpp"
 #include "protocols/ports/command_failure.hpp"
+#include "world/api/commands/stop_command.hpp"
 
 namespace aprsim::grpc_server {
 namespace {
 
 constexpr std::chrono::nanoseconds kLongestWait = std::chrono::hours(1);
+/// An accepted stop is confirmed after this time, whether or not a step has shown its effect.
+constexpr std::chrono::milliseconds kStopDeadline{100};
 
 grpc::Status no_state_files() {
   return {grpc::StatusCode::FAILED_PRECONDITION, "state: this daemon gives no states out"};
@@ -68,16 +71,23 @@ grpc::ServerUnaryReactor* ControlService::command(grpc::CallbackServerContext* c
 
 void ControlService::carry_out(grpc::CallbackServerContext* context, const Finish& finish,
                                Body body, Fill fill) {
-  const auto ticket = sink_.submit({options_.listener.endpoint, std::move(body)});
+  api::Command command{options_.listener.endpoint, std::move(body)};
+  const bool stop = api::is_stop(command);
+  const auto ticket = sink_.submit(std::move(command));
   if (!ticket) return finish(rpc_status(ticket.error()));
-  auto outcome = [ticket = *ticket, fill = std::move(fill)](
+  CommandWaiter::Call call{context, finish, deadline(*context), {}, {}};
+  if (stop) {
+    call.deadline = std::min(call.deadline, std::chrono::steady_clock::now() + kStopDeadline);
+    call.confirm = [ticket = *ticket, fill](const api::Snapshot& s) { fill(s, ticket); };
+  }
+  call.outcome = [ticket = *ticket, fill = std::move(fill)](
                      const api::Snapshot& snapshot) -> std::optional<grpc::Status> {
     if (snapshot.applied < ticket) return std::nullopt;
     if (const Error* error = protocols::failure_of(snapshot, ticket)) return rpc_status(*error);
     fill(snapshot, ticket);
     return grpc::Status::OK;
   };
-  waiter_.wait({context, finish, deadline(*context), std::move(outcome), {}});
+  waiter_.wait(std::move(call));
 }
 
 grpc::ServerUnaryReactor* ControlService::Pause(grpc::CallbackServerContext* context,

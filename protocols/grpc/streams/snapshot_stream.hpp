@@ -37,8 +37,9 @@ class SnapshotStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
 
   /// Offers a sample, at a rate. Thread: the hub's.
   void produce(const api::SnapshotPtr& snapshot);
-  /// The next one, of every step. Thread: the hub's for steps.
-  void append(const api::SnapshotPtr& snapshot);
+  /// The next one, of every step; `max_bytes` limits the backlog as well. Thread: the hub's for
+  /// steps.
+  void append(const api::SnapshotPtr& snapshot, std::size_t max_bytes);
   /// Cancels the call if one write has been in flight for longer than that. Thread: the hub's.
   void cancel_if_stuck(std::chrono::steady_clock::time_point now,
                        std::chrono::milliseconds write_timeout);

@@ -30,9 +30,11 @@ struct StreamCounters {
 class StreamHub {
  public:
   /// on_beat is called from the hub's thread a few times a second. `feed` gives every step; null =
-  /// there are no such streams.
+  /// there are no such streams. Their backlogs together take `max_backlogs_bytes`, as do the
+  /// snapshots that wait for the thread.
   StreamHub(const api::SnapshotSource& source, api::SnapshotFeed* feed, int max_streams,
-            std::chrono::milliseconds write_timeout, std::function<void()> on_beat);
+            std::size_t max_backlogs_bytes, std::chrono::milliseconds write_timeout,
+            std::function<void()> on_beat);
   ~StreamHub();
 
   /// Not OK: RESOURCE_EXHAUSTED with too many streams, UNAVAILABLE once stopped.
@@ -61,7 +63,7 @@ class StreamHub {
 
   const api::SnapshotSource& source_;
   api::SnapshotFeed* const feed_;
-  const std::size_t max_streams_;
+  const std::size_t max_streams_, max_backlogs_bytes_;
   const std::chrono::milliseconds write_timeout_;
   const std::function<void()> on_beat_;
   StreamCounters counters_;

@@ -76,7 +76,7 @@ std::vector<Case> cases(bool quick) {
   return {{"ramp", trays, seconds, ramped}, {"shaken", trays, seconds, shaken}, tumbling(1, quick)};
 }
 
-/// What an engine's steps took, and what came of them.
+/// Step times of an engine, and the resulting contacts and depths.
 struct Timed {
   std::vector<double> us;
   double contacts = 0, deepest_m = 0;  ///< a step, mean; the deepest of all
@@ -312,7 +312,7 @@ int run(int argc, char** argv) {
     }
     experiment.record(name + "_step_max_us", percentile(us, 1), "us");
     experiment.record(name + "_unsolved_steps", double(failures.not_converged), "count");
-    experiment.record(name + "_worst_residual_m_s", failures.worst_m_s, "m/s");
+    experiment.record(name + "_worst_residual_m_s", failures.max_residual_m_s, "m/s");
     unsolved = std::max(unsolved, double(failures.not_converged) / double(us.size()));
   }
   race_other_beginnings(experiment);

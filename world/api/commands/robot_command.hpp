@@ -13,7 +13,7 @@ namespace aprsim::api {
 
 /// Aborts any motion without leaving the present position, clears a held error, makes ready.
 struct InitRobot {};
-/// Ends a session: stops motion; the robot holds its position.
+/// Ends a program: stops motion; the robot holds its position and stays initialized.
 struct EndRobot {};
 
 enum class StopKind {

@@ -35,6 +35,12 @@ struct SetSceneValue {
 };
 using SceneCommand = std::variant<SpawnBody, MoveBody, RemoveBody, SetSceneValue>;
 
+/// Bodies that a cell may have beyond those of the scene as it was loaded; removed ones count until
+/// a reset.
+inline constexpr std::size_t kMaxAddedBodies = 100;
+/// Changes of a cell that runs by the wall clock: a second, and at once.
+inline constexpr double kMaxEditsPerSecond = 10, kMaxEditsAtOnce = 20;
+
 inline constexpr std::size_t kMaxSceneText = 64;  ///< bytes of a name
 inline constexpr std::size_t kMaxScenePath = 256, kMaxSceneValue = 4096;
 

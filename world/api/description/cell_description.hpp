@@ -39,6 +39,8 @@ struct RobotDescription {
   std::vector<std::string> links;  ///< base first, one more than joints
   /// As CRCL clients count them; empty = as they are, angles in their order.
   std::vector<WireJoint> wire_joints;
+  /// Targets beyond its limits are moved onto them, with a warning; else they are refused.
+  bool clamps_targets = false;
   Pose X_WB;  ///< base mounting frame in world
   Pose X_BR;  ///< reference frame of wire poses in base
   Pose X_RV;  ///< frame of its camera's detections in the reference frame

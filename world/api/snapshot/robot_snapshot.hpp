@@ -64,7 +64,7 @@ struct RobotSnapshot {
   int tool = -1;                 ///< on the flange: index into tools, -1 = none
   ActionStatus action;
   std::optional<Pose> X_RG;      ///< where the running motion is to take the tool
-  bool initialized = false;      ///< InitRobot taken since start, EndRobot or a held error
+  bool initialized = false;      ///< InitRobot taken since start or a held error
   bool protective_stop = false;  ///< tripped; held until InitRobot
   bool moving = false;
   bool drives_on = true;  ///< false: the brakes hold, since a stop; motion switches them on again

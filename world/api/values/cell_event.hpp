@@ -87,6 +87,8 @@ class EventSource {
   /// a listener's I/O thread.
   virtual void wait_after(std::uint64_t after,
                           std::chrono::steady_clock::time_point deadline) const = 0;
+  /// Bytes of memory that the kept events take. Thread: any.
+  [[nodiscard]] virtual std::size_t memory() const = 0;
 };
 
 }  // namespace aprsim::api

@@ -84,7 +84,8 @@ struct Robot {
   /// none = T of the tool that is on, and the flange's own while none is.
   std::optional<Pose> tool_point_F;
   std::vector<api::WireJoint> crcl_joints;  ///< as CRCL counts them; empty = as the model does
-  std::vector<std::string> gripper_names;   ///< under which CRCL knows its gripper, too
+  bool clamps_targets = false;  ///< targets of CRCL beyond its limits; else they are refused
+  std::vector<std::string> gripper_names;  ///< under which CRCL knows its gripper, too
   std::vector<double> home_rad;
   bool self_collision = true;
   double max_trans_speed_m_s = 1.5, max_trans_accel_m_s2 = 5;

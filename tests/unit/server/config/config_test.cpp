@@ -193,7 +193,7 @@ TEST(KeyList, GivesKeysWithValuesThatCanBeSet) {
 TEST(KeyList, SaysWhatAKeyMeansAndAccepts) {
   const std::string list = key_list(Config{});
   EXPECT_NE(list.find("modbus.idle_timeout_ms=0\n"
-                      "    a connection without a request for so long is closed; 0 = never: "
+                      "    close a connection without a request for this time; 0 = never [ms]: "
                       "a whole number in [0, 86400000]\n"),
             std::string::npos)
       << list;

@@ -111,7 +111,7 @@ class JournalOfARun : public testing::Test {
   ReplayResult again(const std::vector<v1::JournalRecord>& all) {
     Replay replay(options_for({}).header, scene_);
     for (const v1::JournalRecord& record : all) {
-      const auto goes_on = replay.take(record);
+      const auto goes_on = replay.process(record);
       if (!goes_on) throw std::runtime_error(goes_on.error().message);
       if (!*goes_on) break;
     }

@@ -133,6 +133,8 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Case{"tool_point_word", "self_collision: true", "crcl_tool_point: @palm",
              "robots[0].crcl_tool_point", "found \"palm\", expected one of tool, flange"},
+        Case{"out_of_range_word", "self_collision: true", "crcl_out_of_range: @ignore",
+             "robots[0].crcl_out_of_range", "found \"ignore\", expected one of refuse, clamp"},
         Case{"too_few", "self_collision: true", "crcl_joints: @[{joint: 1}]",
              "robots[0].crcl_joints", "found a list of 1, expected a list of 6 to 8 joints"},
         Case{"no_such_joint", "self_collision: true",
