@@ -71,6 +71,7 @@ void warn_of_unknown_robots(const Config& config, const scene::Scene& scene) {
 template <typename Served>
 int serve_until_signal(Served& daemon, const Invocation& invocation,
                        const std::function<bool()>& makes_progress) {
+  if (invocation.exit_on_stdin_eof) process::stop_when_input_ends();
   PortsFile ports_file;
   const auto ports = daemon.start();
   if (!ports) return refuse(ports.error().message);
@@ -158,6 +159,7 @@ int replay(const Invocation& invocation) {
   journal::ReplayPart part = invocation.replay_part;
   part.scaling = recorded_scaling(run->header());
   if (invocation.serve_replay) return serve_replay(invocation, *run, part);
+  if (invocation.exit_on_stdin_eof) process::stop_when_input_ends();
   if (invocation.replay_speed) part.watch = journal::paced(*invocation.replay_speed);
   std::optional<MotionFile> motion;
   if (!invocation.motion.file.empty()) {
@@ -195,7 +197,6 @@ int start(int argc, char** argv) {
     std::cout << key_list(invocation->config);
     return EXIT_SUCCESS;
   }
-  if (invocation->exit_on_stdin_eof) process::stop_when_input_ends();
   if (!invocation->replay.empty()) return replay(*invocation);
   auto scene = scene::load_scene(invocation->config.scene, scene::default_data_paths());
   if (!scene) return refuse(scene.error().message);

@@ -550,15 +550,15 @@ class RobotTest(WithCell):
             self.assertFalse(self.cell.step(1).robot("fanuc").moving)
             before = self.commands()
             taker.move_by([0, 0, 0.02])
-            self.assertEqual(self.commands()[len(before):][0], "init_canon")
+            self.assertEqual(self.commands()[len(before):][0], "initialize")
             first = self.commands()
             taker.move_by([0, 0, 0.01])
             taker.take()
-            self.assertNotIn("init_canon", self.commands()[len(first):])
+            self.assertNotIn("initialize", self.commands()[len(first):])
         self.cell.reset()
         before = self.commands()
         mover.take()
-        self.assertIn("init_canon", self.commands()[len(before):], "after a reset it takes it again")
+        self.assertIn("initialize", self.commands()[len(before):], "after a reset it takes it again")
 
     def commands(self):
         """The commands that robots have begun so far."""
