@@ -84,6 +84,9 @@ void add_daemon_options(CLI::App& app, Arguments& given) {
       "Allow all commands over gRPC and on the page without credentials, also from other machines");
   app.add_option("--ports-file", given.invocation.ports_file,
                  "Write the ports as JSON to this file once all listeners are open");
+  app.add_flag(
+      "--exit-on-stdin-eof", given.invocation.exit_on_stdin_eof,
+      "Stop when standard input ends, as the pipe of a starting program does when it dies");
   app.add_option("--journal", given.journal,
                  "Record the run in this file, or in files in this directory");
 }

@@ -20,6 +20,7 @@ struct Invocation {
   bool serve_replay = false;           ///< show the replay to clients
   bool json = false;                   ///< print the result of a replay as JSON
   MotionOptions motion;                ///< where a replay writes motion
+  bool exit_on_stdin_eof = false;      ///< stop when standard input ends
   bool demo = false;                   ///< start the kitting controller
   bool check_only = false;             ///< check configuration and scene, then exit
   bool print_config = false;           ///< print the configuration, then exit

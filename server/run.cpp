@@ -30,6 +30,7 @@
 #include "server/replay/replay_files.hpp"
 #include "server/replay/replay_pace.hpp"
 #include "world/base/files/draft_file.hpp"
+#include "world/base/process/input_end.hpp"
 #include "world/scene/scene_loader.hpp"
 
 namespace aprsim::server {
@@ -73,6 +74,7 @@ void warn_of_unknown_robots(const Config& config, const scene::Scene& scene) {
 template <typename Served>
 int serve_until_signal(Served& daemon, const Invocation& invocation,
                        const std::function<bool()>& makes_progress) {
+  if (invocation.exit_on_stdin_eof) process::stop_when_input_ends();
   PortsFile ports_file;
   const auto ports = daemon.start();
   if (!ports) return refuse(ports.error().message);
@@ -165,6 +167,7 @@ int replay(const Invocation& invocation) {
   journal::ReplayPart part = invocation.replay_part;
   part.scaling = recorded_scaling(run->header());
   if (invocation.serve_replay) return serve_replay(invocation, *run, part);
+  if (invocation.exit_on_stdin_eof) process::stop_when_input_ends();
   if (invocation.replay_speed) part.watch = journal::paced(*invocation.replay_speed);
   std::optional<MotionFile> motion;
   if (!invocation.motion.file.empty()) {

@@ -9,6 +9,7 @@
 #include "clients/aprsim/cli/exit_code.hpp"
 #include "clients/aprsim/cli/interruption.hpp"
 #include "clients/aprsim/commands/command_line.hpp"
+#include "world/base/process/input_end.hpp"
 #include "world/base/utf8.hpp"
 
 namespace aprsim::client {
@@ -69,6 +70,7 @@ int run(const std::vector<std::string>& arguments, std::ostream& out, std::ostre
     out << line.error().text << std::flush;
     return out.good() ? 0 : report_output(errno, err, screen.err);
   }
+  if (line->exit_on_stdin_eof) process::stop_when_input_ends();
   auto endpoints = needs_cell(line->command) ? find_endpoints(line->endpoints) : Endpoints();
   if (!endpoints) return report(endpoints.error(), err, screen.err);
   Console console{std::move(*endpoints), ports_file_of(line->endpoints), out, line->json, screen};

@@ -12,7 +12,8 @@ namespace aprsim::client {
 
 struct CommandLine {
   EndpointChoice endpoints;
-  bool json = false;  ///< results as JSON
+  bool json = false;               ///< results as JSON
+  bool exit_on_stdin_eof = false;  ///< stop when standard input ends
   AnyCommand command;
 };
 

@@ -583,8 +583,7 @@ class Audit(WithAuthority):
             with self.assertRaises(Refused):
                 cell.reset()
             cell.snapshot()
-            robot = cell.robot("fanuc", initialise=False)
-            robot.initialise()
+            cell.robot("fanuc").take()
         page = PageSocket(page_messages(), self.ports["web"], self.context, 20 * PATIENCE)
         page.ask(authenticate={"token": self.tokens["inject"]})
         page.ask(conveyor={"run": False})
