@@ -8,6 +8,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <grpc/compression.h>
 #include <grpc/support/log.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/health_check_service_interface.h>
@@ -37,7 +38,8 @@
 namespace aprsim::grpc_server {
 namespace {
 
-constexpr int kMaxMessageBytes = 64 * 1024;
+/// A scene's text may have 1 MiB, as its file.
+constexpr int kMaxMessageBytes = (1 << 20) + 64 * 1024;
 constexpr std::size_t kMaxMemoryBytes = std::size_t{64} << 20;
 
 /// Names one process among all that ever ran.
@@ -72,6 +74,11 @@ Result<void> check(const TelemetryOptions& options) {
 
 void set_limits(grpc::ServerBuilder& builder) {
   builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
+  // gRPC unpacks a message before it applies the limit, so compressed ones are refused.
+  for (const auto algorithm : {GRPC_COMPRESS_DEFLATE, GRPC_COMPRESS_GZIP}) {
+    builder.SetCompressionAlgorithmSupportStatus(algorithm, false);
+  }
+  builder.AddChannelArgument(GRPC_ARG_ENABLE_PER_MESSAGE_DECOMPRESSION, 0);
   builder.SetResourceQuota(grpc::ResourceQuota("telemetry").Resize(kMaxMemoryBytes));
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, 32);
   builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, 8 * 1024);
@@ -238,7 +245,8 @@ class TelemetryServer::Impl {
     auto& health = *server_->GetHealthCheckService();
     for (const char* name :
          {"", v1::TelemetryService::service_full_name(), v1::ControlService::service_full_name(),
-          v1::HistoryService::service_full_name(), crcl::v1::RobotService::service_full_name()}) {
+          v1::HistoryService::service_full_name(), v1::JournalService::service_full_name(),
+          crcl::v1::RobotService::service_full_name()}) {
       health.SetServingStatus(name, serving);
     }
   }

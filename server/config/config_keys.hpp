@@ -140,6 +140,8 @@ void visit(Archive& keys, AccessConfig& access) {
            "credentials are asked for");
   keys.key("insecure_control", access.insecure_control, Flag{},
            "whether who has no credentials may do everything, also from other machines");
+  keys.key("allow_foreign_states", access.allow_foreign_states, Flag{},
+           "whether saved states are loaded that no daemon of this user has signed");
   keys.key("audit_file", access.audit_file, Maybe<Text>{},
            "file to which every command is appended with who sent it, as JSON lines");
   keys.require(!access.insecure_control || access.strangers_look,

@@ -31,7 +31,7 @@ Result<WorldPtr> with_value(const World& world, const api::SetSceneValue& set) {
   WorldPtr next = world.in_scene(*std::move(scene));
   // The state goes on bit for bit; constants of the scene are those of the new one.
   const WorldState blank = next->save();
-  auto state = from_bytes(to_bytes(world.save()), blank);
+  auto state = with_constants_of(blank, world.save());
   if (!state) {
     return fail(ErrorCode::kInvalidArgument, "path",
                 "'" + set.path + "' cannot be changed while the cell runs");

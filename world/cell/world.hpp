@@ -143,6 +143,7 @@ class World {
   std::vector<robot::PlanPrefetcher*> prefetchers_;
   ArmModels models_;
   CellSettings settings_;
+  std::shared_ptr<const archive::WorldCounts> counts_;  // see WorldState
   std::uint64_t seed_;
   std::uint64_t revision_ = 0;
   std::uint64_t steps_ = 0;

@@ -100,6 +100,11 @@ class FaultSchedule {
     auto& [last_id, open, over, past, changes, list] = self;
     io(last_id, open, over, past, changes, list);
   }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.require(open_.size() <= api::kMaxOpenFaults && past_.size() <= api::kMaxPastFaults,
+               "more faults than a cell keeps");
+  }
 
  private:
   /// What a trigger has seen.
@@ -114,6 +119,12 @@ class FaultSchedule {
       auto& [held, grasps, primed, beyond, reported, held_since] = self;
       io(held, grasps, primed, beyond, reported, held_since);
     }
+    template <typename In>
+    void require_valid(In& in) const {
+      in.require(held.empty() || held.size() == in.counts().robots.size(),
+                 "grips of another number of robots");
+      for (const int body : held) in.index_or_none(In::kPart, body);
+    }
   };
   struct Open {
     api::InjectedFault shown;
@@ -126,6 +137,11 @@ class FaultSchedule {
     static void fields(Self& self, Io& io) {
       auto& [shown, active, watch, end, give_up] = self;
       io(shown, active, watch, end, give_up);
+    }
+    template <typename In>
+    void require_valid(In& in) const {
+      in.require(shown.kind == active.spec.kind && shown.robot == active.spec.robot,
+                 "a fault with two kinds or robots");
     }
   };
 

@@ -33,6 +33,13 @@ struct CameraFaults {
     io(outage, frozen, late_s, bias_x_m, bias_y_m, bias_yaw_rad, scale, flip_rate, lost, ghosts,
        swapped, scores);
   }
+  template <typename In>
+  void require_valid(In& in) const {
+    for (const int body : lost) in.index(In::kPart, body);
+    for (const auto& [first, second] : swapped) in.index(In::kPart, first, second);
+    for (const auto& [body, factor] : scores) in.index(In::kPart, body);
+    in.require(late_s >= 0 && late_s < 3600, "a camera that is late by more than an hour");
+  }
 };
 
 /// Changes what a camera has detected; `seed` is the frame's.

@@ -45,6 +45,10 @@ class VisionFeed {
     io(seed, exposures, ring, first, count, latest, faults, frozen);
     io.require(first < ring.size() && count <= ring.size(), "a frame beyond those that wait");
   }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.require(ring_.size() <= 100'000, "more frames than a camera keeps");
+  }
 
  private:
   struct Pending {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "protocols/grpc/calls/upload_limits.hpp"
 #include "protocols/net/listener_options.hpp"
 #include "protocols/ports/incident_source.hpp"
 #include "protocols/ports/robot_port.hpp"
@@ -31,6 +32,7 @@ struct TelemetryOptions {
   std::chrono::milliseconds write_timeout{10000};   ///< a stream stuck in one write ends
   api::History* history = nullptr;                  ///< null = no past is kept; outlives the server
   protocols::StateFiles* state_files = nullptr;  ///< null = states stay where they are; outlives it
+  UploadLimits uploads;                          ///< of states
   api::SnapshotFeed* feed = nullptr;             ///< of every step; null = no such streams
   const api::EventSource* events = nullptr;      ///< of the cell; null = no such streams
   std::vector<protocols::RobotPort*> robots = {};  ///< outlive the server

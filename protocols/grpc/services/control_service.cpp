@@ -17,7 +17,7 @@ namespace {
 constexpr std::chrono::nanoseconds kLongestWait = std::chrono::hours(1);
 
 grpc::Status no_state_files() {
-  return {grpc::StatusCode::FAILED_PRECONDITION, "state: this daemon gives no states out"};
+  return {grpc::StatusCode::FAILED_PRECONDITION, "state: this daemon does not export or import states"};
 }
 
 std::function<void(const grpc::Status&)> finisher(grpc::ServerUnaryReactor* reactor) {
@@ -29,7 +29,12 @@ std::function<void(const grpc::Status&)> finisher(grpc::ServerUnaryReactor* reac
 ControlService::ControlService(const TelemetryOptions& options, api::CommandSink& sink,
                                const api::SnapshotSource& source, CommandWaiter& waiter,
                                const CallGate& gate)
-    : options_(options), sink_(sink), source_(source), waiter_(waiter), gate_(gate) {}
+    : options_(options),
+      sink_(sink),
+      source_(source),
+      waiter_(waiter),
+      gate_(gate),
+      uploads_(options.uploads.all_bytes) {}
 
 std::chrono::steady_clock::time_point ControlService::deadline(
     const grpc::CallbackServerContext& context, std::chrono::nanoseconds otherwise) {
@@ -326,14 +331,17 @@ grpc::ServerReadReactor<v1::ImportStateRequest>* ControlService::ImportState(
     grpc::CallbackServerContext* context, v1::ImportStateResponse* response) {
   if (const auto refused = refusal(*context)) return new FileReceiver(*refused);
   if (options_.state_files == nullptr) return new FileReceiver(no_state_files());
-  return new FileReceiver([this, context, response](FileReceiver& receiver, std::string name,
-                                                    std::string bytes) {
+  return new FileReceiver(options_.uploads, uploads_, [this, context, response](
+                                                           FileReceiver& receiver,
+                                                           std::string name, std::string bytes) {
+    // A client that has gone has not sent all of its file.
+    if (context->IsCancelled()) return receiver.end(grpc::Status::CANCELLED);
     auto file = options_.state_files->read(std::move(bytes));
-    if (!file) return receiver.Finish(rpc_status(file.error()));
+    if (!file) return receiver.end(rpc_status(file.error()));
     response->set_name(name.empty() ? file->name : name);
     api::SaveState save{response->name(), std::move(file->state)};
     carry_out(
-        context, [&receiver](const grpc::Status& status) { receiver.Finish(status); },
+        context, [&receiver](const grpc::Status& status) { receiver.end(status); },
         api::SimulationCommand(std::move(save)),
         [response](const auto& s, auto t) { write_receipt(s, t, *response->mutable_receipt()); });
   });

@@ -9,6 +9,7 @@
 #include "protocols/grpc/calls/command_waiter.hpp"
 #include "protocols/grpc/calls/telemetry_options.hpp"
 #include "protocols/grpc/streams/snapshot_view.hpp"
+#include "protocols/grpc/streams/upload_budget.hpp"
 
 namespace aprsim::grpc_server {
 
@@ -130,6 +131,7 @@ class ControlService final : public v1::ControlService::CallbackService {
   const api::SnapshotSource& source_;
   CommandWaiter& waiter_;
   const CallGate& gate_;
+  UploadBudget uploads_;
 
   // Where the steps asked for so far will end, so that calls at the same time add up.
   std::mutex step_mutex_;

@@ -26,6 +26,8 @@ struct PoseLimits {
 /// axes. What is absent is bounded by the robot's own defaults.
 struct PoseTolerance {
   std::optional<double> x_m{}, y_m{}, z_m{}, x_axis_rad{}, z_axis_rad{};
+
+  static constexpr bool kUnbounded = true;  ///< see world/archive/archive.hpp
 };
 
 /// Moves the tool frame T to a pose in the robot's reference frame R (the frame of CRCL poses).
@@ -48,6 +50,12 @@ struct Waypoint {
 struct MoveThroughTo {
   std::vector<Waypoint> waypoints;
   bool straight = false;  ///< straight between the waypoints; else free
+
+  /// See world/archive/archive.hpp.
+  template <typename In>
+  void require_valid(In& in) const {
+    in.require(!waypoints.empty() && waypoints.size() <= kMaxWaypoints, "a path without waypoints");
+  }
 };
 
 /// Moves freely to `start`, then along the tool's z axis by `free_m`, then on a helix: the tool
@@ -76,11 +84,24 @@ struct JointTarget {
   std::optional<double> tolerance_rad{};
   /// Added to the position: shares of where these joints would be held if none were named.
   std::vector<JointShare> held{};
+
+  /// See world/archive/archive.hpp.
+  template <typename In>
+  void require_valid(In& in) const {
+    in.joint(joint);
+    for (const JointShare& share : held) in.joint(share.joint);
+  }
 };
 /// Moves the named joints, each with its own optional speed and acceleration; joints that are not
 /// named hold their present target.
 struct MoveJoints {
   std::vector<JointTarget> targets;
+
+  /// See world/archive/archive.hpp.
+  template <typename In>
+  void require_valid(In& in) const {
+    in.require(!targets.empty(), "a move of no joints");
+  }
 };
 
 }  // namespace aprsim::api

@@ -88,6 +88,8 @@ enum class FaultState {
   kActive,
   kEnded,
 };
+/// For checks of states (world/archive).
+[[nodiscard]] constexpr FaultState last_of(FaultState) { return FaultState::kEnded; }
 
 /// One fault and what has become of it.
 struct InjectedFault {
@@ -101,6 +103,12 @@ struct InjectedFault {
   FaultState state = FaultState::kPending;
   std::optional<std::uint64_t> begin_step, end_step;  ///< steps since the last reset
   std::string note;  ///< what there is to tell of its end, mostly nothing
+
+  /// See world/archive/archive.hpp.
+  template <typename In>
+  void require_valid(In& in) const {
+    in.index_or_none(In::kRobot, robot);
+  }
 };
 
 inline constexpr std::size_t kMaxOpenFaults = 64;  ///< that wait or last

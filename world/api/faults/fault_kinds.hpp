@@ -76,6 +76,8 @@ enum class Kind {
   kModbusStray,
   kModbusRefused,
 };
+/// For checks of states (world/archive).
+[[nodiscard]] constexpr Kind last_of(Kind) { return Kind::kModbusRefused; }
 inline constexpr std::size_t kKinds = static_cast<std::size_t>(Kind::kModbusRefused) + 1;
 
 /// What a fault happens to, and how that is written.
@@ -130,6 +132,8 @@ enum class Quantity {
   kBeltTravel,     ///< [m]
   kBeltSpeed,      ///< signed [m/s]
 };
+/// For checks of states (world/archive).
+[[nodiscard]] constexpr Quantity last_of(Quantity) { return Quantity::kBeltSpeed; }
 struct QuantityInfo {
   Quantity quantity = Quantity::kJointPosition;
   std::string_view name, unit;

@@ -36,6 +36,8 @@ struct GripperSnapshot {
 };
 
 enum class ActionState { kNone, kWorking, kDone, kError };
+/// For checks of states (world/archive).
+[[nodiscard]] constexpr ActionState last_of(ActionState) { return ActionState::kError; }
 /// Progress of the latest command that a robot took.
 struct ActionStatus {
   Ticket ticket = 0;

@@ -24,6 +24,8 @@ namespace aprsim::api {
 
 /// Why the belt's drive has stopped and does not run; held until reset.
 enum class DriveFault { kNone, kEmergencyStop, kWatchdog, kLightCurtain };
+/// For checks of states (world/archive).
+[[nodiscard]] constexpr DriveFault last_of(DriveFault) { return DriveFault::kLightCurtain; }
 
 struct PhotoEyeSnapshot {
   bool broken = false;      ///< something is in the beam
@@ -82,6 +84,21 @@ struct ContactSide {
   static constexpr int kFirstLink = 3;
 
   bool operator==(const ContactSide&) const = default;
+
+  friend constexpr Kind last_of(Kind) { return Kind::kTool; }
+  /// See world/archive/archive.hpp.
+  template <typename In>
+  void require_valid(In& in) const {
+    const auto& robots = in.counts().robots;
+    const int count = kind == Kind::kBody    ? in.counts().parts
+                      : kind == Kind::kRobot ? static_cast<int>(robots.size())
+                      : kind == Kind::kFixed ? in.counts().fixed
+                                             : in.counts().tools;
+    in.require(index >= 0 && index < count, "a contact with an unknown thing");
+    const int parts =
+        kind == Kind::kRobot ? kFirstLink + robots[static_cast<std::size_t>(index)].links : 0;
+    in.require(part >= -1 && part < parts, "a contact with an unknown part of a robot");
+  }
 };
 
 inline constexpr std::size_t kMaxContacts = 256;

@@ -154,7 +154,13 @@ struct SimulatedRobot::State {
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
     auto& [arm, controller, own] = self;
+    io.begin_arm(arm.q.size());
     io(arm, controller, own);
+  }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.require(controller.changer.tool() == own.mount.tool(), "a tool that is not on its mount");
+    in.require(own.pressure > 0 && own.pressure <= 1, "a pressure beyond 0 to 1");
   }
 };
 

@@ -79,6 +79,7 @@ struct Scene {
   std::string name;
   std::string file;
   std::string text;  ///< that it was read from, with its types; empty = it was made otherwise
+  std::vector<std::string> type_files;  ///< absolute paths of the files of types that it names
   std::uint64_t seed = 1;
   Physics physics;
   std::map<std::string, GearType> gear_types;
