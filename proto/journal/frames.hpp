@@ -16,7 +16,7 @@ struct ZSTD_CCtx_s;
 /// messages in zstd frames, each with a checksum.
 namespace aprsim::journal {
 
-/// What a file begins with: a skippable zstd frame.
+/// The first bytes of a file: a skippable zstd frame.
 inline constexpr std::string_view kMagic{
     "\x50\x2a\x4d\x18\x08\x00\x00\x00"
     "APRSIMJ1",
@@ -27,8 +27,8 @@ inline constexpr std::size_t kFrameBytes = std::size_t{256} << 10;
 inline constexpr std::size_t kMaxFrameBytes = std::size_t{32} << 20;
 /// Bounds of the memory that a file from outside takes unpacked.
 struct UnpackedLimits {
-  std::size_t frame = kMaxFrameBytes;                               ///< of one frame
-  std::size_t file = std::numeric_limits<std::size_t>::max();       ///< of all frames together
+  std::size_t frame = kMaxFrameBytes;                          ///< of one frame
+  std::size_t file = std::numeric_limits<std::size_t>::max();  ///< of all frames together
 };
 
 /// Gathers messages and gives them out as frames. Thread: one at a time.
@@ -81,8 +81,8 @@ class FrameDecoder {
 
   std::string_view left_;  ///< of the file
   UnpackedLimits limits_;
-  std::string frame_;      ///< the present one, plain
-  std::size_t at_ = 0;     ///< in the present one
+  std::string frame_;   ///< the present one, plain
+  std::size_t at_ = 0;  ///< in the present one
   std::size_t good_ = 0, frame_bytes_ = 0;
   std::string damage_;
 };

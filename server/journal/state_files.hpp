@@ -26,9 +26,7 @@ class SceneStateFiles final : public protocols::StateFiles {
   /// `scene` gives that of the cell as it was loaded last, in any thread; `version`: of this
   /// program; `accepts_foreign`: whether states without a signature of this user are read.
   SceneStateFiles(FindScene scene, std::string version, bool accepts_foreign)
-      : scene_(std::move(scene)),
-        version_(std::move(version)),
-        accepts_foreign_(accepts_foreign) {}
+      : scene_(std::move(scene)), version_(std::move(version)), accepts_foreign_(accepts_foreign) {}
 
   [[nodiscard]] Result<std::string> write(const std::string& name,
                                           const api::StatePtr& state) override;

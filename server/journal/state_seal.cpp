@@ -58,8 +58,8 @@ std::optional<std::string> read_key(const fs::path& path) {
     throw std::runtime_error(path.string() + ": " + std::strerror(errno));
   }
   struct stat status {};
-  if (fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode) ||
-      status.st_uid != geteuid() || (status.st_mode & 077U) != 0) {
+  if (fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode) || status.st_uid != geteuid() ||
+      (status.st_mode & 077U) != 0) {
     throw std::runtime_error(path.string() + ": it must be a file of this user alone (mode 600)");
   }
   std::string key(kKeyBytes + 1, '\0');
@@ -74,9 +74,9 @@ std::optional<std::string> read_key(const fs::path& path) {
 /// Makes the key complete before it has its name: daemons may start at the same time.
 void write_key(const fs::path& folder, const fs::path& path) {
   fs::create_directories(folder);
+  const std::string key = random_key();
   std::string draft = (folder / ".state.key.XXXXXX").string();
   const OpenFile file(mkostemp(draft.data(), O_CLOEXEC));
-  const std::string key = random_key();
   if (file.get() < 0 ||
       write(file.get(), key.data(), key.size()) != static_cast<ssize_t>(key.size()) ||
       fsync(file.get()) != 0) {

@@ -289,8 +289,7 @@ Result<scene::Scene> scene_of(const v1::JournalHeader& header, const std::string
     known.models.push_back(path.string());
   }
   const std::string file = (fs::path(directory) / (header.scene() + ".yaml")).string();
-  return scene::read_sent(header.scene_text(), file, scene::default_data_paths(),
-                          std::move(known));
+  return scene::read_sent(header.scene_text(), file, scene::default_data_paths(), std::move(known));
 }
 
 std::vector<std::string> cautions(const v1::JournalHeader& header, const v1::JournalHeader& here) {

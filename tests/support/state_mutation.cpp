@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <tuple>
 #include <cstring>
 #include <limits>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 #include "world/cell/state_bytes.hpp"
@@ -29,12 +29,11 @@ std::shared_ptr<world::World> new_world(const std::string& name, scene::Simplifi
 
 void inject(world::World& world, const std::string& kind, const std::string& target,
             api::FaultTrigger trigger = {}) {
-  const auto done = world.apply(1, api::FaultCommand(api::InjectFault{
-                                       .kind = kind,
-                                       .target = target,
-                                       .parameters = {},
-                                       .trigger = std::move(trigger),
-                                       .duration = {}}));
+  const auto done = world.apply(1, api::FaultCommand(api::InjectFault{.kind = kind,
+                                                                      .target = target,
+                                                                      .parameters = {},
+                                                                      .trigger = std::move(trigger),
+                                                                      .duration = {}}));
   if (!done) throw std::runtime_error(done.error().message);
 }
 
@@ -89,7 +88,8 @@ void work(world::World& world, int phase) {
   if (phase == 0) return;  // plans are being made
   api::Snapshot now;
   world.write(now);
-  const api::Guard guard{.signal = {api::SignalKind::kForceR, 2, false}, .value = 1e6, .label = "g"};
+  const api::Guard guard{
+      .signal = {api::SignalKind::kForceR, 2, false}, .value = 1e6, .label = "g"};
   for (int r = 0; r < robots; ++r) {
     Pose pose = now.robots[static_cast<std::size_t>(r)].X_RT;
     pose.p.z() += 0.05;
@@ -111,8 +111,8 @@ void work(world::World& world, int phase) {
   tell(0, api::SetToolChanger{true});
   tell(0, api::SetGripper{0});
   tell(0, api::MoveJoints{{{.joint = 1, .position_rad = 0.1}}});
-  world.apply(++ticket, api::SetIntruder{api::Intruder{
-                            {{0, 0, 3}, Eigen::Quaterniond::Identity()}, {0.1, 0.1, 0.1}}});
+  world.apply(++ticket, api::SetIntruder{api::Intruder{{{0, 0, 3}, Eigen::Quaterniond::Identity()},
+                                                       {0.1, 0.1, 0.1}}});
   advance(3);
 }
 
@@ -130,9 +130,22 @@ T taken(const std::string& bytes, std::size_t at) {
 void change_real(std::string& bytes, std::size_t at, const Draw& draw) {
   const auto before = taken<double>(bytes, at);
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  const std::array<double, 16> values{
-      std::numeric_limits<double>::quiet_NaN(), kInfinity, -kInfinity, 0, -before, 2 * before,
-      before + 1, before - 1e-3, 1e3, -1e3, 1e9, 1e29, -1e29, 1e308, 5e-324, before * 1e-9};
+  const std::array<double, 16> values{std::numeric_limits<double>::quiet_NaN(),
+                                      kInfinity,
+                                      -kInfinity,
+                                      0,
+                                      -before,
+                                      2 * before,
+                                      before + 1,
+                                      before - 1e-3,
+                                      1e3,
+                                      -1e3,
+                                      1e9,
+                                      1e29,
+                                      -1e29,
+                                      1e308,
+                                      5e-324,
+                                      before * 1e-9};
   put(bytes, at, values[draw() % values.size()]);
 }
 
@@ -213,7 +226,8 @@ std::vector<GenuineState> genuine_states() {
     state.name = std::string(name) + " " + std::to_string(phase);
     state.world = new_world(name, mode);
     work(*state.world, phase);
-    state.bytes = world::to_bytes(state.world->save(), &state.layout);
+    state.state = state.world->save();
+    state.bytes = world::to_bytes(state.state, &state.layout);
   }
   return all;
 }
@@ -232,12 +246,10 @@ std::string mutated(const GenuineState& state, const Draw& draw) {
 }
 
 bool survives(const GenuineState& state, const std::string& bytes, int steps) {
-  const auto read = world::from_bytes(bytes, state.world->save());
+  const auto read = world::from_bytes(bytes, state.state);
   if (!read) return false;
   state.world->restore(*read);
-  if (world::to_bytes(state.world->save()) != bytes) {
-    throw std::logic_error("the state is another one after it was restored");
-  }
+  if (world::to_bytes(state.world->save()) != bytes) return false;
   try {
     api::Snapshot now;
     for (int i = 0; i < steps; ++i) {
@@ -247,7 +259,6 @@ bool survives(const GenuineState& state, const std::string& bytes, int steps) {
     static_cast<void>(world::to_bytes(state.world->save()));
   } catch (const physics::PhysicsFailure&) {
     // The simulation stops such a world until it is reset.
-  } catch (const std::runtime_error&) {
   }
   return true;
 }

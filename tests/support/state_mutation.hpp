@@ -18,6 +18,7 @@ struct GenuineState {
   std::string name;
   std::string bytes;
   archive::Layout layout;
+  world::WorldState state;
   std::shared_ptr<world::World> world;  ///< of its scene; restore() before use
 };
 
@@ -30,9 +31,8 @@ using Draw = std::function<std::uint64_t()>;
 /// The bytes with one to four fields changed: numbers, enumerators, counts, tags, list elements.
 [[nodiscard]] std::string mutated(const GenuineState& state, const Draw& draw);
 
-/// Reads the bytes as a state, and, if they are accepted, runs the cell from there for some steps.
-/// False: they were refused. Throws std::logic_error where an accepted state does not write itself
-/// back as the same bytes.
+/// Reads the bytes as a state as an import does, and, if they are accepted, runs the cell from
+/// there for some steps. False: they were refused.
 bool survives(const GenuineState& state, const std::string& bytes, int steps);
 
 }  // namespace aprsim::test

@@ -95,8 +95,7 @@ World::World(std::shared_ptr<const scene::Scene> scene, ArmModels models, std::u
     X_WL.emplace_back(links.begin(), links.end());
   }
   physics_.emplace(*scene_, *models_, X_WL);
-  counts_ = std::make_shared<const archive::WorldCounts>(
-      counts_of(settings_, *models_, *physics_));
+  counts_ = std::make_shared<const archive::WorldCounts>(counts_of(settings_, *models_, *physics_));
   describe();
   loose_.reserve(settings_.tool_count);
   if (settings_.conveyor) {

@@ -19,13 +19,13 @@
 
 namespace aprsim::world {
 
-/// All of a world that changes from step to step, as copyable values. Put back into a world of the
-/// same scene, it continues bit for bit as the world did that it was saved from.
+/// The state of a world, as copyable values. Restored in a world of the same scene, it continues
+/// bit for bit like the original.
 struct WorldState {
   static constexpr std::uint64_t kMaxSteps = 100'000'000'000;
 
-  std::shared_ptr<const scene::Scene> scene;  ///< of which it is a state
-  std::shared_ptr<const scene::Scene> base;   ///< as it was before changes; null = there were none
+  std::shared_ptr<const scene::Scene> scene;           ///< of the world
+  std::shared_ptr<const scene::Scene> base;            ///< before changes; null = not changed
   std::shared_ptr<const archive::WorldCounts> counts;  ///< of the world; bounds of indices
   std::uint64_t seed = 0;
   std::uint64_t steps = 0;
@@ -40,7 +40,7 @@ struct WorldState {
   UnintendedContacts unintended_contacts;
   EventDetector::State apart;  ///< of a world whose events are watched
 
-  /// Of memory, besides what copies share; approximately.
+  /// Memory without shared parts, approximately.
   [[nodiscard]] std::uint64_t bytes() const {
     std::uint64_t sum = sizeof *this + physics.bytes() + faults.bytes() +
                         apart.capacity() * sizeof(EventDetector::SeparatedContact);
@@ -51,7 +51,7 @@ struct WorldState {
   [[nodiscard]] const std::shared_ptr<const scene::Scene>& base_scene() const {
     return base ? base : scene;
   }
-  /// Adds what copies share: the plans of motions.
+  /// Adds the parts that copies share: the plans of motions.
   void list(robot::SharedParts& parts) const {
     for (const auto& robot : robots) robot.controller.list(parts);
   }

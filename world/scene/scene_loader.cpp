@@ -20,6 +20,8 @@ using yaml::detail::Value;
 constexpr std::array<std::string_view, 4> kTypeKeys = {"pockets", "gear_types", "tray_types",
                                                        "robot_types"};
 
+ShippedFiles shipped(const DataPaths& paths) { return {paths.scenes, paths.models}; }
+
 /// Adds the entries of a map under `key` to the one in `root`.
 void merge_map(const yaml::detail::Entry& from, Value& root) {
   yaml::detail::Entry* into = root.find(from.key);
@@ -175,22 +177,22 @@ Result<Scene> read_unchecked(const std::string& text, const std::string& file,
 }  // namespace
 
 Result<Scene> read_scene(const std::string& text, const std::string& file, const DataPaths& paths) {
-  return read_whole(text, file, FileScope(file, paths));
+  return read_whole(text, file, FileScope(file, shipped(paths)));
 }
 
 Result<Scene> read_sent(const std::string& text, const std::string& file, const DataPaths& paths,
                         KnownFiles known) {
-  return read_whole(text, file, FileScope(file, paths, std::move(known)));
+  return read_whole(text, file, FileScope(file, shipped(paths), std::move(known)));
 }
 
 Result<Scene> read_edited(const std::string& text, const std::string& file,
                           const DataPaths& paths) {
-  return read_unchecked(text, file, FileScope(file, paths));
+  return read_unchecked(text, file, FileScope(file, shipped(paths)));
 }
 
 Result<Scene> read_recorded(const std::string& text, const std::string& file,
                             const DataPaths& paths, KnownFiles known) {
-  return read_unchecked(text, file, FileScope(file, paths, std::move(known)));
+  return read_unchecked(text, file, FileScope(file, shipped(paths), std::move(known)));
 }
 
 bool is_plain_name(const std::string& name) {
@@ -201,7 +203,7 @@ bool is_plain_name(const std::string& name) {
 Result<std::string> self_contained(const std::string& file, const DataPaths& paths) {
   auto text = yaml::read_text(file);
   if (!text) return tl::unexpected(std::move(text.error()));
-  return whole_text(*text, file, FileScope(file, paths));
+  return whole_text(*text, file, FileScope(file, shipped(paths)));
 }
 
 Result<std::string> portable_text(const std::string& text, const std::string& file) {

@@ -4,7 +4,7 @@
 
 #include "world/base/result.hpp"
 #include "world/scene/data_paths.hpp"
-#include "world/scene/file_scope.hpp"
+#include "world/scene/files/file_scope.hpp"
 #include "world/scene/model/scene.hpp"
 
 namespace aprsim::scene {

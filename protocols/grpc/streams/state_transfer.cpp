@@ -72,9 +72,9 @@ bool FileReceiver::append_message() {
     return false;
   }
   if (!budget_->take(size)) {
-    end({grpc::StatusCode::RESOURCE_EXHAUSTED,
-         "data: all uploads together have more than " + std::to_string(limits_.all_bytes) +
-             " bytes; try again"});
+    end({grpc::StatusCode::RESOURCE_EXHAUSTED, "data: all uploads together have more than " +
+                                                   std::to_string(limits_.all_bytes) +
+                                                   " bytes; try again"});
     return false;
   }
   taken_bytes_ += size;

@@ -10,7 +10,7 @@ class UploadBudget {
  public:
   explicit UploadBudget(std::size_t bytes) : left_(bytes) {}
 
-  /// False where so much is not left; nothing is taken then.
+  /// False if less is left; nothing is taken then.
   [[nodiscard]] bool take(std::size_t bytes) {
     std::size_t left = left_.load(std::memory_order_relaxed);
     do {

@@ -7,7 +7,7 @@
 #include "world/api/values/pose.hpp"
 #include "world/api/values/wire_joint.hpp"
 
-/// The motions that a robot may be told to make.
+/// Motion commands of a robot.
 namespace aprsim::api {
 
 /// One limit of the tool's motion: absolute [m/s, m/s^2, rad/s, rad/s^2], or relative as a fraction
@@ -17,13 +17,13 @@ struct LimitSetting {
   double value = 0;
 };
 
-/// Limits for the way to one pose only; what is absent is as SetMotionLimit has set it.
+/// Limits for the motion to one pose; SetMotionLimit sets the absent ones.
 struct PoseLimits {
   std::optional<LimitSetting> trans_speed{}, trans_accel{}, rot_speed{}, rot_accel{};
 };
 
 /// How near a pose must be passed: distances along the axes of R, angles of the tool's x and z
-/// axes. What is absent is bounded by the robot's own defaults.
+/// axes. The robot's own defaults replace absent values.
 struct PoseTolerance {
   std::optional<double> x_m{}, y_m{}, z_m{}, x_axis_rad{}, z_axis_rad{};
 
@@ -78,7 +78,7 @@ struct JointTarget {
   double position_rad = 0;
   std::optional<double> speed_rad_s;
   std::optional<double> accel_rad_s2;
-  /// Towards the position until it is reached or what stands in the way bears the torque.
+  /// Moves towards the position until it is reached or an obstacle balances the torque.
   std::optional<JointTorque> torque{};
   /// A joint that is pushed aside by more has not arrived.
   std::optional<double> tolerance_rad{};

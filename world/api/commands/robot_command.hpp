@@ -8,7 +8,7 @@
 #include "world/api/values/guard.hpp"
 #include "world/base/time.hpp"
 
-/// All that one robot may be told.
+/// The commands to one robot.
 namespace aprsim::api {
 
 /// Aborts any motion without leaving the present position, clears a held error, makes ready.

@@ -23,7 +23,7 @@ struct VisionDetection {
   }
 };
 
-/// What one camera saw at one instant. Empty when it saw nothing.
+/// The detections of one camera at one instant.
 struct VisionFrame {
   std::uint64_t number = 0;  ///< counts from 1 since reset
   SimTime time{};            ///< of exposure; the frame comes out a latency later

@@ -12,7 +12,7 @@
 /// Conditions on a robot's own sensors that end one of its commands.
 namespace aprsim::api {
 
-/// What a sensor of a robot measures; `index` as said at each.
+/// A measurement of a robot; each names its `index`.
 enum class SignalKind {
   kForceR,        ///< contact force on the tool and what it holds, axis 0..2 of R [N]
   kTorqueR,       ///< of these forces about the tool point, axis 0..2 of R [Nm]

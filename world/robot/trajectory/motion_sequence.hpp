@@ -34,7 +34,8 @@ class MotionPlan {
   template <typename In>
   void require_valid(In& in) const {
     in.require(!motions_.empty(), "a plan without motions");
-    for (const Motion& motion : motions_) in.require(motion.is_planned(), "a motion without a plan");
+    for (const Motion& motion : motions_)
+      in.require(motion.is_planned(), "a motion without a plan");
   }
 
  private:

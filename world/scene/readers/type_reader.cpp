@@ -110,7 +110,7 @@ void read_gaps(const yaml::Map& keys, Gripper& gripper) {
   }
 }
 
-/// Each finger's piston: what air pushes it with, what friction takes from that, how fast its
+/// Each finger's piston: force of the air, friction, and how fast its
 /// chambers fill and how they leak.
 void read_pneumatics(const yaml::Node& node, Gripper& gripper) {
   constexpr double kNewtonPerBarAndSquareMillimetre = 0.1;
@@ -133,7 +133,7 @@ void read_pneumatics(const yaml::Node& node, Gripper& gripper) {
   }
 }
 
-/// Either the force itself or what makes it.
+/// Reads the force or the values that give it.
 void read_force(const yaml::Map& keys, Gripper& gripper) {
   const yaml::Node air = keys["pneumatics"];
   if (!air) {

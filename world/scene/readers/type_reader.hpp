@@ -5,12 +5,12 @@
 #include <vector>
 
 #include "world/base/yaml/yaml_reader.hpp"
-#include "world/scene/file_scope.hpp"
+#include "world/scene/files/file_scope.hpp"
 #include "world/scene/model/scene.hpp"
 
 namespace aprsim::scene {
 
-/// What objects of a scene are made from; from the scene's own file and the files it names.
+/// Types of a scene's objects, from the scene's own file and the files it names.
 struct Types {
   std::map<std::string, Pocket> pockets;
   std::map<std::string, GearType> gears;

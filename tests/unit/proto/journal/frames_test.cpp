@@ -55,7 +55,8 @@ using Numbers = std::vector<std::uint32_t>;
 
 TEST(Frames, AreRefusedBeforeTheyUnpackToMoreThanTheLimits) {
   const std::string file = TwoFrames().file();
-  for (const UnpackedLimits& limits : {UnpackedLimits{.frame = 50'000}, UnpackedLimits{.file = 10}}) {
+  for (const UnpackedLimits& limits :
+       {UnpackedLimits{.frame = 50'000}, UnpackedLimits{.file = 10}}) {
     auto decoder = FrameDecoder::open(file, limits);
     ASSERT_TRUE(decoder.has_value());
     EXPECT_TRUE(decoder->next().empty());

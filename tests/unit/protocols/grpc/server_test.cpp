@@ -56,9 +56,8 @@ TEST_F(Serving, HealthServesAllNamesAndFollowsTheWorld) {
   start();
   EXPECT_EQ(health(channel_, ""), "serving");
   EXPECT_EQ(health(channel_, "aprsim.v1.TelemetryService"), "serving");
-  for (const char* service :
-       {"aprsim.v1.ControlService", "aprsim.v1.HistoryService", "aprsim.v1.JournalService",
-        "aprsim.crcl.v1.RobotService"}) {
+  for (const char* service : {"aprsim.v1.ControlService", "aprsim.v1.HistoryService",
+                              "aprsim.v1.JournalService", "aprsim.crcl.v1.RobotService"}) {
     EXPECT_EQ(health(channel_, service), "serving") << service;
   }
   EXPECT_EQ(health(channel_, "aprsim.v1.NoService"), "not found");

@@ -5,6 +5,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
 #include <sys/stat.h>
 #include <zstd.h>
 
@@ -80,7 +81,8 @@ TEST_F(SavedStateFiles, WithoutThatKeyAreRefusedUnlessForeignOnesAreAllowed) {
   const std::string bytes = saved();
   std::string unsigned_bytes = bytes.substr(0, bytes.size() - 40), flipped = bytes;
   flipped.back() = static_cast<char>(flipped.back() ^ 1);
-  for (const std::string& foreign : {unsigned_bytes, flipped, std::string(), std::string(40, 'x')}) {
+  for (const std::string& foreign :
+       {unsigned_bytes, flipped, std::string(), std::string(40, 'x')}) {
     const auto refused = files().read(foreign);
     ASSERT_FALSE(refused.has_value());
     EXPECT_NE(refused.error().message.find("--allow-foreign-states"), std::string::npos)
@@ -118,7 +120,7 @@ TEST_F(SavedStateFiles, AreTheStateThatWasSavedAsAWhole) {
         checkpoint.mutable_state()->resize(checkpoint.state().size() / 2);
         checkpoint.set_state_sha256(sha256(checkpoint.state()));
       },
-      "the bytes end in the middle of a value");
+      "the saved state cannot be read");
 }
 
 TEST_F(SavedStateFiles, NameNoFileOfTheMachine) {

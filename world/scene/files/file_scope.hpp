@@ -3,7 +3,6 @@
 #include <string>
 #include <vector>
 
-#include "world/scene/data_paths.hpp"
 #include "world/scene/model/scene.hpp"
 
 namespace aprsim::scene {
@@ -15,15 +14,20 @@ struct KnownFiles {
 /// Those of a scene.
 [[nodiscard]] KnownFiles files_of(const Scene& scene);
 
+/// The directories of the shipped files.
+struct ShippedFiles {
+  std::string types, models;
+};
+
 /// Finds the files of types and models that a scene names: relative to its directory, or shipped.
 /// A text from outside may name shipped and known files only: no other path is even looked up.
 /// Thread: any.
 class FileScope {
  public:
   /// A scene of the user's own: any file. `file` is the scene's.
-  FileScope(const std::string& file, const DataPaths& paths);
+  FileScope(const std::string& file, ShippedFiles shipped);
   /// A scene from outside. Relative names are as in `file`.
-  FileScope(const std::string& file, const DataPaths& paths, KnownFiles known);
+  FileScope(const std::string& file, ShippedFiles shipped, KnownFiles known);
 
   /// Absolute path of a file of types; empty = none that may be read.
   [[nodiscard]] std::string find_types(const std::string& name) const;
@@ -42,7 +46,7 @@ class FileScope {
                                  const std::vector<std::string>& known) const;
 
   std::string directory_;  ///< of the scene
-  DataPaths paths_;
+  ShippedFiles shipped_;
   bool is_limited_ = false;
   KnownFiles known_;
 };

@@ -1,4 +1,4 @@
-#include "world/scene/file_scope.hpp"
+#include "world/scene/files/file_scope.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -28,13 +28,13 @@ KnownFiles files_of(const Scene& scene) {
   return files;
 }
 
-FileScope::FileScope(const std::string& file, const DataPaths& paths)
-    : directory_(fs::path(file).parent_path().string()), paths_(paths) {
+FileScope::FileScope(const std::string& file, ShippedFiles shipped)
+    : directory_(fs::path(file).parent_path().string()), shipped_(std::move(shipped)) {
   if (directory_.empty()) directory_ = ".";
 }
 
-FileScope::FileScope(const std::string& file, const DataPaths& paths, KnownFiles known)
-    : FileScope(file, paths) {
+FileScope::FileScope(const std::string& file, ShippedFiles shipped, KnownFiles known)
+    : FileScope(file, std::move(shipped)) {
   is_limited_ = true;
   known_ = std::move(known);
 }
@@ -50,12 +50,12 @@ std::string FileScope::find(const std::string& name, const std::string& director
 }
 
 std::string FileScope::find_types(const std::string& name) const {
-  const std::string beside = find(name, directory_, paths_.scenes, known_.types);
-  return beside.empty() ? find(name, paths_.scenes, paths_.scenes, known_.types) : beside;
+  const std::string beside = find(name, directory_, shipped_.types, known_.types);
+  return beside.empty() ? find(name, shipped_.types, shipped_.types, known_.types) : beside;
 }
 
 std::string FileScope::find_model_beside(const std::string& name) const {
-  return find(name, directory_, paths_.models, known_.models);
+  return find(name, directory_, shipped_.models, known_.models);
 }
 
 std::string FileScope::find_model(const std::string& name) const {
@@ -65,18 +65,18 @@ std::string FileScope::find_model(const std::string& name) const {
   for (const std::string& model : known_.models) {
     if (fs::path(model).filename() == name) return model;
   }
-  return find(name, paths_.models, paths_.models, known_.models);
+  return find(name, shipped_.models, shipped_.models, known_.models);
 }
 
 std::string FileScope::expected_types() const {
   if (is_limited_) return "a file of types that comes with the daemon or that its scene names";
   return "a file of types relative to the scene's directory, " + directory_ + ", or to " +
-         paths_.scenes;
+         shipped_.types;
 }
 
 std::string FileScope::expected_model() const {
   if (is_limited_) return "a robot description that comes with the daemon or that its scene names";
-  return "a robot description in " + directory_ + " or " + paths_.models;
+  return "a robot description in " + directory_ + " or " + shipped_.models;
 }
 
 }  // namespace aprsim::scene
