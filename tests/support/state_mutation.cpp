@@ -46,6 +46,7 @@ std::string first(const world::World& world, bool gear) {
 }
 
 void inject_faults(world::World& world) {
+  if (world.description()->robots.empty()) return;
   const std::string robot = world.description()->robots.front().name;
   const std::string gear = first(world, true);
   inject(world, "joint-backlash", robot + ":2");
@@ -149,20 +150,22 @@ void change_real(std::string& bytes, std::size_t at, const Draw& draw) {
   put(bytes, at, values[draw() % values.size()]);
 }
 
+/// `T`: unsigned, for signed fields too.
 template <typename T>
 void change_whole(std::string& bytes, std::size_t at, const Draw& draw) {
   const auto before = taken<T>(bytes, at);
-  const std::array<T, 12> values{T{0},
-                                 T{1},
-                                 static_cast<T>(-1),
-                                 static_cast<T>(-2),
+  constexpr T kMost = std::numeric_limits<T>::max();
+  const std::array<T, 12> values{0,
+                                 1,
+                                 kMost,                      // -1
+                                 static_cast<T>(kMost - 1),  // -2
                                  static_cast<T>(before + 1),
                                  static_cast<T>(before - 1),
                                  static_cast<T>(draw() % 64),
                                  static_cast<T>(draw() % 100'000),
-                                 std::numeric_limits<T>::max(),
-                                 std::numeric_limits<T>::min(),
-                                 static_cast<T>(before ^ (T{1} << (draw() % (8 * sizeof(T) - 1)))),
+                                 static_cast<T>(kMost / 2),      // largest signed
+                                 static_cast<T>(kMost / 2 + 1),  // least signed
+                                 static_cast<T>(before ^ (T{1} << (draw() % (8 * sizeof(T))))),
                                  static_cast<T>(draw())};
   put(bytes, at, values[draw() % values.size()]);
 }
@@ -174,8 +177,8 @@ void change_leaf(std::string& bytes, const Layout::Leaf& leaf, const Draw& draw)
   if (leaf.kind == Layout::Kind::kReal && leaf.size == 8) {
     return change_real(bytes, leaf.at, draw);
   }
-  if (leaf.size == 8) return change_whole<std::int64_t>(bytes, leaf.at, draw);
-  if (leaf.size == 4) return change_whole<std::int32_t>(bytes, leaf.at, draw);
+  if (leaf.size == 8) return change_whole<std::uint64_t>(bytes, leaf.at, draw);
+  if (leaf.size == 4) return change_whole<std::uint32_t>(bytes, leaf.at, draw);
   if (leaf.size == 1) put(bytes, leaf.at, static_cast<std::uint8_t>(draw()));
 }
 

@@ -114,7 +114,7 @@ TEST_F(MessageLimits, UploadsAreBoundedEachAndTogether) {
   Upload last(*control_);
   ASSERT_TRUE(last.send(30'000));
   EXPECT_EQ(last.finish().error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-  EXPECT_EQ(files.bytes_, 30'000U);
+  EXPECT_EQ(files.bytes_.load(), 30'000U);
 }
 
 TEST_F(MessageLimits, AnUploadThatIsNotCompleteInTimeEnds) {
@@ -131,7 +131,7 @@ TEST_F(MessageLimits, AnUploadThatIsNotCompleteInTimeEnds) {
     EXPECT_NE(status.error_message().find("not complete within 50 ms"), std::string::npos)
         << status.error_message();
   }
-  EXPECT_EQ(files.bytes_, 0U);
+  EXPECT_EQ(files.bytes_.load(), 0U);
 }
 
 }  // namespace
