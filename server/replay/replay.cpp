@@ -165,7 +165,11 @@ Result<void> Replay::begin(const v1::JournalEpoch& epoch) {
   if (lost_ || over_) return {};
   const auto scene = scenes_.scene_of(epoch);
   if (!scene) return tl::unexpected(scene.error());
-  build(*scene, epoch.seed());
+  try {
+    build(*scene, epoch.seed());
+  } catch (const std::exception& failure) {
+    return damaged("the scene of an epoch cannot be built: " + std::string(failure.what()));
+  }
   look();
   return {};
 }

@@ -133,6 +133,7 @@ bool Composites::is_consistent() const {
   std::vector<char> listed(members_.size(), 0);
   int children = 0;
   for (int i = 0; i < static_cast<int>(members_.size()); ++i) {
+    if (!(at(i).carried.mass_kg > 0)) return false;
     if (parent(i) >= 0) ++children;
     if (at(i).root != i) continue;
     if (parent(i) >= 0 || !has_valid_list(i, listed)) return false;

@@ -54,6 +54,12 @@ struct PhysicsState::Data {
   void require_valid(In& in) const {
     in.one_for_each(In::kRobot, tool_of_robot.size());
     for (const int tool : tool_of_robot) in.index_or_none(In::kTool, tool);
+    for (std::size_t r = 0; r < arms.size(); ++r) {
+      const auto links = static_cast<std::size_t>(in.counts().robots[r].links);
+      in.require(arms[r].X_WL_before.size() == links && arms[r].X_WL.size() == links &&
+                     arms[r].X_WL_next.size() == links,
+                 "an arm with another number of links");
+    }
     const std::size_t parts = bodies.size() - parked.size();
     for (std::size_t i = 0; i < bodies.size(); ++i) {
       const auto tool = static_cast<int>(i) - static_cast<int>(parts);
