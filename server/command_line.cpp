@@ -44,6 +44,7 @@ struct Arguments {
   bool any_port = false;
   bool no_web = false;
   bool insecure_control = false;
+  bool allow_foreign_states = false;
   Invocation invocation;  // arguments that need no conversion
 };
 
@@ -82,6 +83,8 @@ void add_daemon_options(CLI::App& app, Arguments& given) {
   app.add_flag(
       "--insecure-control", given.insecure_control,
       "Allow all commands over gRPC and on the page without credentials, also from other machines");
+  app.add_flag("--allow-foreign-states", given.allow_foreign_states,
+               "Load saved states from other users and machines, too");
   app.add_option("--ports-file", given.invocation.ports_file,
                  "Write the ports as JSON to this file once all listeners are open");
   app.add_flag(
@@ -162,6 +165,7 @@ Result<Overrides> overrides_of(const Arguments& given) {
   add("seed", given.seed);
   add("speed", given.speed);
   add("access.insecure_control", given.insecure_control ? "true" : "");
+  add("access.allow_foreign_states", given.allow_foreign_states ? "true" : "");
   add("time.mode", given.time);
   add("time.poll_period_ms",
       given.poll_period_s ? fmt::format("{:g}", 1e3 * *given.poll_period_s) : "");

@@ -151,7 +151,8 @@ class Daemon::Impl {
         history_(records_ ? std::make_unique<world::TimeMachine>(scene, *records_, bookmarks_,
                                                                  &simulation_, shares_.past_states)
                           : nullptr),
-        state_files_([this] { return simulation_.scene(); }, kVersion),
+        state_files_([this] { return simulation_.scene(); }, kVersion,
+                     config.access.allow_foreign_states),
         security_(config, simulation_),
         robots_(make_robots(config, *scene)),
         modbus_(with_tap(modbus_options(context(config)), config, modbus_tap_), simulation_,

@@ -109,6 +109,7 @@ struct WebConfig {
 struct AccessConfig {
   std::optional<std::string> file, audit_file;
   bool insecure_control = false;
+  bool allow_foreign_states = false;
   bool strangers_look = true;  ///< key anonymous
 };
 

@@ -155,6 +155,8 @@ void visit(Archive& keys, AccessConfig& access) {
            "applies only where credentials are required");
   keys.key("insecure_control", access.insecure_control, Flag{},
            "allow all commands without credentials, also from other machines");
+  keys.key("allow_foreign_states", access.allow_foreign_states, Flag{},
+           "load saved states that no daemon of this user has signed");
   keys.key("audit_file", access.audit_file, Maybe<Text>{},
            "file to which each command and its sender are appended as JSON lines");
   keys.require(!access.insecure_control || access.strangers_look,

@@ -5,6 +5,7 @@
 #include "protocols/messages/enum_match.hpp"
 #include "protocols/messages/write_message.hpp"
 #include "server/journal/command_message.hpp"
+#include "server/journal/digest.hpp"
 #include "world/base/utf8.hpp"
 #include "world/cell/state_bytes.hpp"
 
@@ -54,6 +55,7 @@ void write(const StateSaved& saved, v1::JournalRecord& record) {
   auto& to = *record.mutable_checkpoint();
   write_time(saved.time, *to.mutable_time());
   to.set_state(world::to_bytes(*saved.state));
+  to.set_state_sha256(sha256(to.state()));
   to.set_hash(saved.hash);
 }
 

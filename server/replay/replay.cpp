@@ -168,7 +168,11 @@ Result<void> Replay::begin(const v1::JournalEpoch& epoch) {
   if (lost_ || over_) return {};
   const auto scene = scenes_.scene_of(epoch);
   if (!scene) return tl::unexpected(scene.error());
-  build(*scene, epoch.seed());
+  try {
+    build(*scene, epoch.seed());
+  } catch (const std::exception& failure) {
+    return damaged("the scene of an epoch cannot be built: " + std::string(failure.what()));
+  }
   notify_watch();
   return {};
 }
@@ -274,22 +278,25 @@ void Replay::differs(const std::string& what) {
 
 Result<scene::Scene> scene_of(const v1::JournalHeader& header, const std::string& directory) {
   namespace fs = std::filesystem;
+  // Nothing outside of the directory.
+  if (!scene::is_plain_name(header.scene())) {
+    return damaged("the scene's name '" + header.scene().substr(0, 64) + "' is not a plain name");
+  }
+  scene::KnownFiles known;
   for (const v1::JournalFile& model : header.models()) {
-    const fs::path name(model.name());
-    // Only names inside the directory.
-    if (name.empty() || name != name.filename() || name == ".." || name == ".") {
-      return damaged("the model name '" + model.name() + "' is not a plain file name");
+    if (!scene::is_plain_name(model.name())) {
+      return damaged("the model's name '" + model.name().substr(0, 64) + "' is not a plain name");
     }
-    std::ofstream file(fs::path(directory) / name, std::ios::binary);
+    const fs::path path = fs::path(directory) / model.name();
+    std::ofstream file(path, std::ios::binary);
     file << model.content();
     if (!file.flush()) {
-      return fail(ErrorCode::kUnavailable, "journal",
-                  (fs::path(directory) / name).string() + " cannot be written");
+      return fail(ErrorCode::kUnavailable, "journal", path.string() + " cannot be written");
     }
+    known.models.push_back(path.string());
   }
-  const scene::DataPaths paths{.scenes = directory, .models = directory};
   const std::string file = (fs::path(directory) / (header.scene() + ".yaml")).string();
-  return scene::read_scene(header.scene_text(), file, paths);
+  return scene::read_sent(header.scene_text(), file, scene::default_data_paths(), std::move(known));
 }
 
 std::vector<std::string> cautions(const v1::JournalHeader& header, const v1::JournalHeader& here) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -211,6 +212,30 @@ TEST(StateFiles, GoFromOneDaemonToAnother) {
   EXPECT_NE(refused.err.find("it is of scene 'aprs', and this cell is 'empty_belt'"),
             std::string::npos)
       << refused.err;
+}
+
+TEST(StateFiles, OfAnotherUserAreLoadedOnlyWhereThatIsAllowed) {
+  const TemporaryDirectory directory, other;
+  const std::string file = directory.path() + "/there.state";
+  ASSERT_EQ(setenv("STATE_DIRECTORY", directory.path().c_str(), 1), 0);
+  {
+    DaemonProcess daemon({"--no-web", "--speed", "stepped"});
+    const auto saved = aprsim(daemon, {"save", "there", "--file", file});
+    ASSERT_EQ(saved.exit_code, 0) << saved.err;
+  }
+  ASSERT_EQ(setenv("STATE_DIRECTORY", other.path().c_str(), 1), 0);
+  {
+    DaemonProcess daemon({"--no-web", "--speed", "stepped"});
+    const auto refused = aprsim(daemon, {"load", "--file", file});
+    EXPECT_EQ(refused.exit_code, 1) << refused.out;
+    EXPECT_NE(refused.err.find("--allow-foreign-states"), std::string::npos) << refused.err;
+  }
+  {
+    DaemonProcess daemon({"--no-web", "--speed", "stepped", "--allow-foreign-states"});
+    const auto loaded = aprsim(daemon, {"load", "--file", file});
+    EXPECT_EQ(loaded.exit_code, 0) << loaded.err;
+  }
+  unsetenv("STATE_DIRECTORY");
 }
 
 class RecordedRun : public testing::Test {

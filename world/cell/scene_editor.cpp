@@ -29,9 +29,9 @@ Result<WorldPtr> with_value(const World& world, const api::SetSceneValue& set) {
   auto scene = scene::with_value(*world.scene(), set.path, set.value);
   if (!scene) return tl::unexpected(std::move(scene.error()));
   WorldPtr next = world.in_scene(*std::move(scene));
-  // The state goes on bit for bit; constants of the scene are those of the new one.
+  // The state is the same bit for bit; the constants are those of the new scene.
   const WorldState blank = next->save();
-  auto state = from_bytes(to_bytes(world.save()), blank);
+  auto state = with_constants_of(blank, world.save());
   if (!state) {
     return fail(ErrorCode::kInvalidArgument, "path",
                 "'" + set.path + "' cannot be changed while the cell runs");
@@ -107,7 +107,7 @@ Result<void> SceneEditor::edit(const api::RemoveBody& remove) {
 }
 
 void SceneEditor::replace_by(std::unique_ptr<World> next) {
-  // Events that nobody has taken yet come first.
+  // Events that are not published yet come first.
   if (auto* events = world_->events()) std::swap(*next->events(), *events);
   world_ = std::move(next);
 }

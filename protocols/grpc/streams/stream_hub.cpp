@@ -12,7 +12,7 @@ using std::chrono::steady_clock;
 
 namespace {
 constexpr auto kBeat = std::chrono::milliseconds(200), kStepBeat = std::chrono::milliseconds(50);
-/// Snapshots that may wait for the thread for steps.
+/// Largest queue of the thread for steps, in snapshots.
 constexpr std::size_t kMostWaiting = 1024, kLeastWaiting = 16;
 
 /// As many as take so many bytes, approximately.
@@ -23,7 +23,7 @@ std::size_t places_for(const api::Snapshot& snapshot, std::size_t max_bytes) {
   return std::clamp(max_bytes / bytes, kLeastWaiting, kMostWaiting);
 }
 
-/// A step that has not been handed out, or a change of a cell that stands.
+/// A step that has not been published, or a change of a paused cell.
 bool is_news(const api::Snapshot& now, const api::Snapshot* before) {
   return before == nullptr || now.step != before->step || now.epoch != before->epoch ||
          now.paused || before->paused;
@@ -147,7 +147,7 @@ void StreamHub::run_steps() {
   std::vector<api::SnapshotPtr> snapshots;
   std::unique_lock lock(mutex_);
   while (!stopping_) {
-    // The cell is followed only as long as somebody wants it.
+    // The cell is followed only while there are such streams.
     if (step_streams().empty()) {
       follower.reset();
       last_step_.reset();

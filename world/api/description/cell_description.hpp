@@ -12,7 +12,7 @@
 #include "world/api/values/wire_joint.hpp"
 #include "world/base/time.hpp"
 
-/// What does not change between two resets: names, types, limits, geometry that clients need.
+/// The constants of a cell between two resets: names, types, limits and geometry.
 namespace aprsim::api {
 
 struct JointDescription {
@@ -63,8 +63,8 @@ struct BoxDescription {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero(), size = Eigen::Vector3d::Zero();
 };
 
-/// What a robot takes and leaves by its tool changer. Its frame T lies between the finger tips, z
-/// along the approach; the fingers move along y.
+/// A tool that a robot takes and releases by its tool changer. Its frame T lies between the finger
+/// tips, z along the approach; the fingers move along y.
 struct ToolDescription {
   std::string name;
   double mass_kg = 0;

@@ -11,8 +11,6 @@ using detail::Value;
 
 namespace {
 
-constexpr std::uintmax_t kMaxFileSize = 1u << 20;
-
 /// The value at the next key of a path, made when there is none.
 Value& child(Value& parent, const std::string& key, const detail::Mark& mark) {
   if (detail::Entry* entry = parent.find(key)) return entry->value;
@@ -36,10 +34,10 @@ Result<std::string> read_text(const std::string& path) {
     return fail(ErrorCode::kNotFound, "", path + ": found no such file, expected a YAML file");
   }
   const std::uintmax_t size = std::filesystem::file_size(path, status);
-  if (!status && size > kMaxFileSize) {
+  if (!status && size > kMaxBytes) {
     return fail(ErrorCode::kInvalidArgument, "",
                 path + ": found " + std::to_string(size) + " bytes, expected at most " +
-                    std::to_string(kMaxFileSize));
+                    std::to_string(kMaxBytes));
   }
   std::ifstream in(path, std::ios::binary);
   std::ostringstream text;

@@ -55,7 +55,7 @@ void SimulatedRobot::apply(api::Ticket ticket, const api::RobotCommand& command)
   } else {
     controller_.apply(ticket, action, arm_.q());
   }
-  // The guards of a motion that goes on, unless the command beside it has its own.
+  // A command beside a motion replaces its guards only if it has guards of its own.
   if (!command.guards.empty()) {
     state_.guards.begin(ticket, command.guards);
   } else if (!api::leaves_motion(action)) {

@@ -30,6 +30,10 @@ class UnintendedContacts {
     auto& [list] = self;
     io(list);
   }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.require(!list_ || list_->size() <= api::kMaxRobotTouches, "more contacts than are kept");
+  }
 
  private:
   api::UnintendedContactsPtr list_;

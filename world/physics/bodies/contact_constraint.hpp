@@ -31,6 +31,12 @@ struct ContactConstraint {
     io(contact, fixed, friction, restitution, rolling_m, spinning_m, belt, f_W, normal_n, torque_W,
        f_guess_W, torque_guess_W, impact_m2_s2);
   }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.index_or_none(In::kFixed, fixed);
+    in.require(contact.b != kGround || fixed >= 0, "a contact with nothing");
+    in.require(friction >= 0 && restitution >= 0, "a friction below 0");
+  }
 };
 
 inline constexpr std::size_t kConstraintCapacity = 4096;  ///< places to reserve

@@ -26,6 +26,11 @@ struct ArmForce {
     auto& [link, p_W, f_W, partner, partner_link, on_gripper, part, penalty, relayed] = self;
     io(link, p_W, f_W, partner, partner_link, on_gripper, part, penalty, relayed);
   }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.require(link >= 0 && partner_link >= -1 && part >= -1 && part < api::ContactSide::kFirstLink,
+               "a force on an unknown part of a robot");
+  }
 };
 
 }  // namespace aprsim::physics

@@ -62,6 +62,15 @@ class ContactCache {
       auto& [a, on, X_BA, points] = self;
       io(a, on, X_BA, points);
     }
+    template <typename In>
+    void require_valid(In& in) const {
+      in.index(In::kFreeBody, a);
+      if (on >= 0) {
+        in.index(In::kFreeBody, on);
+      } else {
+        in.index(In::kFixed, -1 - on);
+      }
+    }
   };
   using State = std::vector<Manifold>;
   /// The manifolds of the last step, ordered by pair.

@@ -26,6 +26,10 @@ struct GripperState {
     io(separation_m, travel_m, force_n, holding, held_body, settled, palm_deflection_m, vacuum_pa,
        X_WT);
   }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.index_or_none(In::kPart, held_body);
+  }
 };
 
 }  // namespace aprsim::physics

@@ -1,5 +1,7 @@
 #include "world/physics/simplification/composites.hpp"
 
+#include <algorithm>
+
 namespace aprsim::physics {
 
 Composites::Composites(std::span<FreeBody> bodies, const Eigen::Vector3d& gravity_W)
@@ -114,6 +116,40 @@ Wrench Composites::required_wrench(int child, const RigidMotion& motion) const {
   wrench.moment = load.inertia * (R_BW * motion.alpha_W) + omega.cross(load.inertia * omega) +
                   load.com.cross(wrench.force);
   return wrench;
+}
+
+/// The list of a root: itself, then its members in ascending order, whose parents lead to it.
+bool Composites::has_valid_list(int root, std::vector<char>& listed) const {
+  const int count = static_cast<int>(members_.size());
+  for (int m = root; m >= 0; m = next(m)) {
+    if (m >= count || listed[static_cast<std::size_t>(m)] != 0 || at(m).root != root) return false;
+    listed[static_cast<std::size_t>(m)] = 1;
+    if (m != root && (parent(m) < 0 || parent(m) >= count || at(parent(m)).root != root)) {
+      return false;
+    }
+    if (m != root && next(m) >= 0 && next(m) <= m) return false;
+  }
+  for (int m = next(root); m >= 0; m = next(m)) {
+    int below = m;
+    for (int steps = 0; below >= 0 && below != root; below = parent(below)) {
+      if (++steps > count) return false;
+    }
+    if (below != root) return false;
+  }
+  return true;
+}
+
+bool Composites::is_consistent() const {
+  std::vector<char> listed(members_.size(), 0);
+  int children = 0;
+  for (int i = 0; i < static_cast<int>(members_.size()); ++i) {
+    if (!(at(i).carried.mass_kg > 0)) return false;
+    if (parent(i) >= 0) ++children;
+    if (at(i).root != i) continue;
+    if (parent(i) >= 0 || !has_valid_list(i, listed)) return false;
+  }
+  return children == children_ &&
+         std::ranges::all_of(listed, [](char is_listed) { return is_listed != 0; });
 }
 
 void Composites::restore(const Composites& from) {

@@ -57,6 +57,11 @@ class Composites {
     auto& [bodies, gravity_W, members, moved, children] = self;
     io(members, children);
   }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.one_for_each(In::kFreeBody, members_.size());
+    in.require(is_consistent(), "merged bodies that are no trees");
+  }
 
  private:
   struct Member {
@@ -77,6 +82,9 @@ class Composites {
   [[nodiscard]] Member& at(int body) { return members_[static_cast<std::size_t>(body)]; }
   [[nodiscard]] FreeBody& body(int i) const { return bodies_[static_cast<std::size_t>(i)]; }
   [[nodiscard]] bool rests_on(int body, int below) const;
+  /// Whether every body is in the list of its root, and its parents lead there.
+  [[nodiscard]] bool is_consistent() const;
+  [[nodiscard]] bool has_valid_list(int root, std::vector<char>& listed) const;
   void insert(int root, int member);
   void update_inertia(int root);
 

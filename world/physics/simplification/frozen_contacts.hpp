@@ -22,6 +22,13 @@ struct FrozenContact {
     auto& [owner, a, b, fixed, p_A, f_A] = self;
     io(owner, a, b, fixed, p_A, f_A);
   }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.index(In::kFreeBody, owner, a);
+    in.index_or_none(In::kBody, b);
+    in.index_or_none(In::kFixed, fixed);
+    in.require(b != kGround || fixed >= 0, "a contact with nothing");
+  }
 };
 
 /// Contacts that contact simplification has taken out of the solver, with their last forces. A

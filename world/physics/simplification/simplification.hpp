@@ -116,6 +116,10 @@ class Simplification {
       auto& [support, many_supports, touched, near] = self;
       io(support, many_supports, touched, near);
     }
+    template <typename In>
+    void require_valid(In& in) const {
+      in.index_or_none(In::kFreeBody, below);
+    }
   };
   struct Island {
     bool quiet = true, on_belt = false, on_fixed = false;
@@ -178,6 +182,11 @@ struct Simplification::State {
            neighbours, belt_speed_before] = self;
     io(composites, sleeping, virtual_joints, rest, merged_contacts, sleeping_contacts, neighbours,
        belt_speed_before);
+  }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.one_for_each(In::kFreeBody, rest.size());
+    in.one_for_each(In::kFreeBody, neighbours.size());
   }
 };
 

@@ -246,6 +246,38 @@ void SleepingGroups::wake(int g) {
   update_limits();
 }
 
+bool SleepingGroups::has_valid_list(int g, std::vector<char>& listed) const {
+  const int count = static_cast<int>(group_.size());
+  if (at(g).lowest < 0) return false;
+  for (int b = at(g).lowest; b >= 0; b = next(b)) {
+    if (b >= count || listed[static_cast<std::size_t>(b)] != 0 || group(b) != g) return false;
+    if (next(b) >= 0 && next(b) <= b) return false;
+    listed[static_cast<std::size_t>(b)] = 1;
+  }
+  return true;
+}
+
+bool SleepingGroups::is_consistent() const {
+  const int count = static_cast<int>(groups_.size());
+  std::vector<char> used(groups_.size(), 0), listed(group_.size(), 0);
+  for (const std::vector<int>* slots : {&active_, &spare_}) {
+    for (const int g : *slots) {
+      if (g < 0 || g >= count || used[static_cast<std::size_t>(g)] != 0) return false;
+      used[static_cast<std::size_t>(g)] = 1;
+    }
+  }
+  int roots = 0;
+  for (const int g : active_) {
+    if (!has_valid_list(g, listed)) return false;
+    roots += at(g).roots;
+  }
+  for (std::size_t b = 0; b < group_.size(); ++b) {
+    if (listed[b] == 0 && (group_[b] != -1 || next_[b] != -1)) return false;
+  }
+  return roots == roots_ && std::ranges::is_sorted(active_) &&
+         std::ranges::all_of(used, [](char is_used) { return is_used != 0; });
+}
+
 void SleepingGroups::restore(const SleepingGroups& from) {
   // The references stay those of this world.
   const auto bodies = bodies_;

@@ -81,6 +81,13 @@ class SleepingGroups {
     io(group, next, groups, active, spare, travel, speed, roots, travel_low, travel_high, accel_low,
        accel_high);
   }
+  template <typename In>
+  void require_valid(In& in) const {
+    for (const std::size_t size : {group_.size(), next_.size(), groups_.size()}) {
+      in.one_for_each(In::kFreeBody, size);
+    }
+    in.require(is_consistent(), "sleeping groups that do not fit together");
+  }
 
  private:
   struct Group {
@@ -125,6 +132,9 @@ class SleepingGroups {
   static void limit_travel_by(Group& group, const Aabb& obstacle, const Eigen::Vector3d& axis,
                               double travel);
   void update_limits();
+  /// Whether every group is either active, with a valid list of its bodies, or spare.
+  [[nodiscard]] bool is_consistent() const;
+  [[nodiscard]] bool has_valid_list(int group, std::vector<char>& listed) const;
 
   std::span<FreeBody> bodies_;
   const StaticShapes* fixed_;

@@ -36,6 +36,11 @@ class VirtualJoints {
       auto& [a, b, serial, contact_force, X_WA, X_WB, forces] = self;
       io(a, b, serial, contact_force, X_WA, X_WB, forces);
     }
+    template <typename In>
+    void require_valid(In& in) const {
+      in.index(In::kFreeBody, a, b);
+      in.require(a < b, "a virtual joint in the wrong order");
+    }
   };
 
   VirtualJoints(const scene::Physics& physics, std::span<FreeBody> bodies);
@@ -64,6 +69,18 @@ class VirtualJoints {
     static void fields(Self& self, Io& io) {
       auto& [pairs, v_before, group, next_serial] = self;
       io(pairs, v_before, group, next_serial);
+    }
+    template <typename In>
+    void require_valid(In& in) const {
+      in.one_for_each(In::kFreeBody, v_before.size());
+      in.one_for_each(In::kFreeBody, group.size());
+      for (const int of_body : group) in.index_or_none(In::kFreeBody, of_body);
+      const auto in_order = [](const Pair& first, const Pair& second) {
+        return first.a < second.a || (first.a == second.a && first.b < second.b);
+      };
+      for (std::size_t i = 1; i < pairs.size(); ++i) {
+        in.require(in_order(pairs[i - 1], pairs[i]), "virtual joints out of order");
+      }
     }
   };
   [[nodiscard]] State save() const { return {pairs_, v_before_, group_, next_serial_}; }

@@ -1,5 +1,6 @@
 #include "world/physics/state/physics_state.hpp"
 
+#include <algorithm>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -48,6 +49,24 @@ struct PhysicsState::Data {
            belt_speed_m_s, step] = self;
     io(bodies, grippers, parked, tool_of_robot, arms, simplification, constraints, belt_speed_m_s,
        step);
+  }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.one_for_each(In::kRobot, tool_of_robot.size());
+    for (const int tool : tool_of_robot) in.index_or_none(In::kTool, tool);
+    for (std::size_t r = 0; r < arms.size(); ++r) {
+      const auto links = static_cast<std::size_t>(in.counts().robots[r].links);
+      in.require(arms[r].X_WL_before.size() == links && arms[r].X_WL.size() == links &&
+                     arms[r].X_WL_next.size() == links,
+                 "an arm with another number of links");
+    }
+    const std::size_t parts = bodies.size() - parked.size();
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      const auto tool = static_cast<int>(i) - static_cast<int>(parts);
+      const auto robots = tool < 0 ? 0 : std::ranges::count(tool_of_robot, tool);
+      in.require(robots == (bodies[i].mounted ? 1 : 0),
+                 "a tool that is not where its robot has it");
+    }
   }
 };
 
@@ -109,6 +128,10 @@ void PhysicsState::restore(PhysicsModel& model, PhysicsStep& step) const {
   model.constraints = data.constraints;
   model.belt_speed_m_s = data.belt_speed_m_s;
   step.restore(data.step);
+}
+
+int PhysicsState::tool_of(int robot) const {
+  return data_->tool_of_robot.at(static_cast<std::size_t>(robot));
 }
 
 std::size_t PhysicsState::bytes() const {

@@ -24,6 +24,8 @@ class PhysicsState {
   /// initial link poses. Throws std::invalid_argument when the numbers of bodies or robots differ.
   void restore(PhysicsModel& model, PhysicsStep& step) const;
 
+  /// The tool on a robot's flange; -1 = none.
+  [[nodiscard]] int tool_of(int robot) const;
   /// Memory, approximately.
   [[nodiscard]] std::size_t bytes() const;
   /// Serialises to bytes (world/archive/archive.hpp), and back into a state of a world of the same

@@ -63,6 +63,15 @@ class PhysicsStep {
       auto& [cache, solver, forces, next_belt_speed_m_s, results] = self;
       io(cache, solver, forces, next_belt_speed_m_s, results);
     }
+    template <typename In>
+    void require_valid(In& in) const {
+      in.one_for_each(In::kRobot, forces.size());
+      for (std::size_t r = 0; r < forces.size(); ++r) {
+        for (const ArmForce& force : forces[r]) {
+          in.require(force.link < in.counts().robots[r].links, "a force on an unknown link");
+        }
+      }
+    }
   };
   [[nodiscard]] State save() const;
   void restore(const State& state);

@@ -44,6 +44,11 @@ class StepSolver {
       auto& [a, b, fixed] = self;
       io(a, b, fixed);
     }
+    template <typename In>
+    void require_valid(In& in) const {
+      in.index_or_none(In::kBody, a, b);
+      in.index_or_none(In::kFixed, fixed);
+    }
   };
   /// A contact that bore a force, to warm-start the next step.
   struct LastContact {

@@ -18,6 +18,8 @@ struct ArrivalTolerance {
   api::PoseTolerance pose;
   std::array<double, api::kMaxJoints> joint_rad{};
 
+  static constexpr bool kUnbounded = true;
+
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {

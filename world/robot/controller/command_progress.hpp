@@ -9,6 +9,8 @@ namespace aprsim::robot {
 
 /// Completes the running command.
 enum class Task { kNone, kRest, kGripper, kDwell, kToolChanger };
+/// For checks of states (world/archive).
+[[nodiscard]] constexpr Task last_of(Task) { return Task::kToolChanger; }
 
 /// Progress of the latest command, and the error that is held until the robot is initialized. A
 /// copyable value; does not allocate except for long errors. Thread: sim.

@@ -45,7 +45,8 @@ class GuardMonitor {
   static void fields(Self& self, Io& io) {
     auto& [guards, start, due, active, triggered, started, triggered_at, state] = self;
     io(guards, start, due, active, triggered, started, triggered_at, state);
-    io.require(state.count <= api::kMaxGuards, "more guards than a command has");
+    io.require(state.count <= api::kMaxGuards && state.trigger_guard < api::kMaxGuards,
+               "more guards than a command has");
   }
 
  private:

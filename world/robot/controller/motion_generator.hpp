@@ -89,6 +89,12 @@ class MotionGenerator {
     io(runner, joint_targets, to_joint_targets, torque_mode, torque_mode_pending, trail, drives,
        override_fraction, speed_share, retreating);
   }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.all_joints(joint_targets_.size());
+    in.require(override_ >= 0 && override_ <= 1 && speed_share_ >= 0 && speed_share_ <= 1,
+               "a speed override beyond 0 to 1");
+  }
 
  private:
   /// Share of full speed of every motion.

@@ -54,6 +54,11 @@ class PlanQueue {
     auto& [job, steps_left, waiting] = self;
     io(job, steps_left, waiting);
   }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.require(!job_ || (steps_left_ >= 0 && steps_left_ <= kMaxPlanSteps),
+               "a plan that is due too late");
+  }
 
  private:
   std::shared_ptr<PlanJob> job_;  ///< null = none

@@ -21,6 +21,10 @@ class TorqueMode {
       auto& [joint, target_rad, torque_nm, rate_nm_s] = self;
       io(joint, target_rad, torque_nm, rate_nm_s);
     }
+    template <typename In>
+    void require_valid(In& in) const {
+      in.joint(joint);
+    }
   };
 
   void clear() { count_ = 0; }

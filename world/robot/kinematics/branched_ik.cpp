@@ -9,6 +9,7 @@ namespace aprsim::robot {
 namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kFarthestSeed_rad = 1000;
 constexpr double kLimitTolerance = 1e-10;  ///< rounding at a limit; the angle is clamped to it
 constexpr double kSameSolution = 1e-12;
 
@@ -56,6 +57,8 @@ double BranchedIk::relative_position(int joint, double q) const {
 /// smallest violation.
 double BranchedIk::fit(int joint, double angle, double seed) const {
   const Range& range = ranges_[static_cast<std::size_t>(joint)];
+  // A seed far outside must not take the loops below long.
+  seed = std::clamp(seed, -kFarthestSeed_rad, kFarthestSeed_rad);
   // Angles are periodic, limits are not: an axis with more than one turn has several values for one
   // posture.
   double q = angle + kTurn * std::round((seed - angle) / kTurn);

@@ -18,6 +18,9 @@ namespace aprsim::robot {
 /// The commands that need a plan.
 using PlannedMove = std::variant<api::MoveTo, api::MoveThroughTo, api::MoveScrew, api::MoveJoints>;
 
+/// Steps from the request of a plan to its motion, at most.
+inline constexpr int kMaxPlanSteps = 100'000;
+
 /// A move as it was commanded.
 struct MoveRequest {
   PlannedMove move;
@@ -59,6 +62,12 @@ struct PlanRequest {
   static void fields(Self& self, Io& io) {
     auto& [request, steps, step_s, runner, drive_power, search, joint_targets] = self;
     io(request, steps, step_s, runner, drive_power, search, joint_targets);
+  }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.require(steps >= 0 && steps <= kMaxPlanSteps, "a plan that is due too late");
+    in.require(step_s >= 1e-4 && step_s <= 0.1, "a step that no scene has");
+    if (joint_targets) in.all_joints(joint_targets->size());
   }
 };
 

@@ -47,6 +47,13 @@ class ServoArm {
       io(q_ref, qd_ref, e, ed, integral, deviating, disturbed_steps, q, qd, torque, applied, limit,
          braked, payload, trip_reason);
     }
+    template <typename In>
+    void require_valid(In& in) const {
+      for (const JointVector* each :
+           {&q_ref, &qd_ref, &e, &ed, &integral, &q, &qd, &torque, &applied, &limit}) {
+        in.all_joints(each->size());
+      }
+    }
   };
 
   /// `step_s` <= 2 ms keeps the default gains stable. Joint 0 is next to the base.

@@ -17,6 +17,16 @@ ScalarLimits joint_scalar(const JointLimits& limits, int i, double scale) {
 
 }  // namespace
 
+bool JointMotion::has_consistent_sizes() const {
+  const Eigen::Index n = end_.size();
+  const auto fits = [n](const JointLimits& l) {
+    return l.lower.size() == n && l.upper.size() == n && l.speed.size() == n &&
+           l.accel.size() == n && l.jerk.size() == n && (l.lower.array() <= l.upper.array()).all();
+  };
+  return move_.start.size() == n && move_.target.size() == n && way_.size() == n &&
+         fits(move_.limits) && fits(move_.maximum);
+}
+
 void JointMotion::plan(const JointMove& move) {
   move_ = move;
   delta_ = move.target - move.start;

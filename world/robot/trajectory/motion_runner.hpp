@@ -63,6 +63,14 @@ class MotionRunner {
            second_last_reference] = self;
     io(motion, next, running, has_next, braking, reference, last_reference, second_last_reference);
   }
+  template <typename In>
+  void require_valid(In& in) const {
+    for (const JointVector* each : {&reference_, &last_reference_, &second_last_reference_}) {
+      in.all_joints(each->size());
+    }
+    in.require((!running_ || motion_.is_planned()) && (!has_next_ || next_.is_planned()),
+               "a motion that is not planned");
+  }
 
  private:
   MotionSequence motion_, next_;

@@ -63,11 +63,11 @@ struct Gripper {
   std::optional<VacuumCup> cup;
 };
 
-/// What couples a tool to the flange: a plate that a pneumatic lock holds, or releases.
+/// Tool changer: a plate on the flange whose pneumatic lock holds or releases a tool.
 struct ToolChanger {
   /// Frame of the coupling in the flange, z along the approach; none: see coupling_of().
   std::optional<Pose> X_FQ;
-  double mass_kg = 0;         ///< of what stays on the flange without a tool
+  double mass_kg = 0;         ///< of the part that stays on the flange
   double time_s = 0.2;        ///< from the valve to the lock's end position
   double capture_m = 3e-3;    ///< how far off the lock draws a tool in
   double capture_rad = 0.05;  ///< how far turned

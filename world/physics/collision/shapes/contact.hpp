@@ -22,6 +22,8 @@ enum class SurfacePair : std::uint8_t {
   kPadGear,   ///< finger pad on a gear: softer, own friction
   kRobotAny,  ///< any other surface of a robot against a free body or against fixed things
 };
+/// For checks of states (world/archive).
+[[nodiscard]] constexpr SurfacePair last_of(SurfacePair) { return SurfacePair::kRobotAny; }
 
 /// One contact point. The normal points from b into a (a is pushed along +n).
 struct Contact {
@@ -37,6 +39,11 @@ struct Contact {
   static void fields(Self& self, Io& io) {
     auto& [a, b, p_W, n_W, depth_m, pair] = self;
     io(a, b, p_W, n_W, depth_m, pair);
+  }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.index(In::kBody, a);
+    in.index_or_none(In::kBody, b);
   }
 };
 

@@ -79,6 +79,8 @@ class IkPath {
   [[nodiscard]] std::size_t bytes() const {
     return tool_.bytes() + route_.guide.bytes() + bytes_of(samples_);
   }
+  /// Whether at() can be called.
+  [[nodiscard]] bool is_complete() const { return !samples_.empty() && tool_.is_complete(); }
   /// How far the last trace() came.
   [[nodiscard]] double reached() const { return samples_.back().u; }
   /// The start posture is singular, and the path's branch begins at another posture of the same
@@ -91,6 +93,13 @@ class IkPath {
   static void fields(Self& self, Io& io) {
     auto& [tool, X_TF, route, length, samples, singular_start, required_start] = self;
     io(tool, X_TF, route, length, samples, singular_start, required_start);
+  }
+  template <typename In>
+  void require_valid(In& in) const {
+    for (const PathSample& sample : samples_) {
+      in.all_joints(sample.q.size());
+      in.all_joints(sample.slope.size());
+    }
   }
 
  private:

@@ -52,7 +52,8 @@ class DoubleS {
   static void fields(Self& self, Io& io) {
     auto& [phases, count, duration, end] = self;
     io(phases, count, duration, end);
-    io.require(count >= 0 && count <= kMaxPhases, "more phases than a profile has");
+    io.require(count >= 0 && count <= kMaxPhases && (count > 0 || duration <= 0),
+               "more or fewer phases than a profile has");
   }
 
  private:
