@@ -45,6 +45,7 @@ struct WebServerOptions {
   std::string read_only;           ///< not empty: nor may any for this reason
   std::vector<std::string> hosts;  ///< host names of the page besides addresses and localhost
   std::string assets;              ///< directory of the page's files
+  std::string documents;           ///< directory of the site under /docs; may be missing
   std::vector<std::pair<std::string, std::string>> models;  ///< robot name, description file
   /// Shapes of a cell by its description; asked once a scene. Thread: the web server's.
   std::function<VisualDescription(const api::CellDescription&)> visual;

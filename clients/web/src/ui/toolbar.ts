@@ -131,6 +131,11 @@ export class Toolbar {
       h(
         'div',
         {class: 'group end'},
+        h(
+          'a',
+          {class: 'docs', href: 'docs/', target: '_blank', rel: 'noopener', title: 'Documentation'},
+          'Docs'
+        ),
         button('◐', theme, {
           class: 'icon',
           'aria-label': 'Dark or light',
