@@ -57,8 +57,8 @@ def adapt_links(text: str, name: str, tracked: set[str]) -> str:
 
 
 def collect(stage: pathlib.Path) -> None:
-    names = subprocess.check_output(["git", "-C", str(ROOT), "ls-files", "--cached", "--others", "--exclude-standard",
-                                     "*.md", "*.png", "*.webp", "*.gif", "*.svg"], text=True).splitlines()
+    command = ["git", "-C", str(ROOT), "ls-files", "--cached", "--others", "--exclude-standard"]
+    names = subprocess.check_output(command, text=True).splitlines()
     tracked = {name for name in names if (ROOT / name).is_file()}
     for name in sorted(tracked):
         there = place(name)
