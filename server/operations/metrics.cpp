@@ -148,7 +148,7 @@ void write_solver(MetricsText& out, const MetricsSources& sources) {
   out.sample(failures.not_converged);
   out.metric("aprsim_solver_worst_residual_meters_per_second", kGauge,
              "The farthest that one of these was off.");
-  out.sample(failures.worst_m_s);
+  out.sample(failures.max_residual_m_s);
 }
 
 void write_robots(MetricsText& out, const api::Snapshot& now) {

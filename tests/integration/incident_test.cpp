@@ -86,7 +86,7 @@ TEST_F(Incident, IsTakenBesideAJournalOnDisk) {
   EXPECT_NE(replayed(path("run.journal")).find(" 12000 steps"), std::string::npos);
 }
 
-TEST_F(Incident, WhatCannotBeIsRefused) {
+TEST_F(Incident, RefusesInvalidRequests) {
   DaemonProcess daemon({"--set", "journal.memory_mb=0"});
   const auto none = incident(daemon, "60s", path("none"));
   EXPECT_NE(none.exit_code, 0);

@@ -155,7 +155,7 @@ TEST(VirtualTime, WithoutPacersTheWallClockPassesTimeAndSaysSo) {
   EXPECT_NE(daemon.log().find("nobody paces"), std::string::npos) << daemon.log();
 }
 
-TEST(VirtualTime, WhoOnlyWaitsIsLeftBehind) {
+TEST(VirtualTime, DropsAPacerThatOnlyWaits) {
   DaemonProcess daemon(
       in_virtual_time({"--pacers", "crcl.fanuc,crcl.motoman", "--set", "time.grace_ms=300"}));
   CellClient cell(daemon.port("grpc"));

@@ -57,7 +57,7 @@ struct Place {
   double x = 0, y = 0, angle = 0;
 };
 
-/// Of a pose whose z axis is upright.
+/// The place and heading of a pose whose z axis points up.
 Place place_of(const v1::Pose& pose) {
   const auto& q = pose.orientation();
   return {pose.position_m().x(), pose.position_m().y(), 2 * std::atan2(q.z(), q.w())};

@@ -428,7 +428,7 @@ void World::write(api::Snapshot& out) const {
   write_tools(out.tools);
   out.contact_count = physics_->contact_count();
   physics_->write_contacts(out.contacts);
-  out.robot_touches = unintended_contacts_.list();
+  out.unintended_contacts = unintended_contacts_.list();
   out.virtual_joint_count = physics_->virtual_joint_count();
   out.max_penetration_m = physics_->max_penetration_m();
   out.physics_faults = physics_->penetration_faults();

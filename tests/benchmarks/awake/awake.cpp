@@ -311,7 +311,7 @@ int run(int argc, char** argv) {
     }
     experiment.record(name + "_step_max_us", percentile(us, 1), "us");
     experiment.record(name + "_unsolved_steps", double(failures.not_converged), "count");
-    experiment.record(name + "_worst_residual_m_s", failures.worst_m_s, "m/s");
+    experiment.record(name + "_worst_residual_m_s", failures.max_residual_m_s, "m/s");
     unsolved = std::max(unsolved, double(failures.not_converged) / double(us.size()));
   }
   race_other_beginnings(experiment);

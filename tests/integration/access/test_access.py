@@ -230,7 +230,7 @@ class Matrix(WithAuthority):
         self.expect_refusals(self.channel(), None)
         self.assertEqual(self.applied(), before)
 
-    def test_what_is_refused_changes_nothing(self):
+    def test_refused_calls_change_nothing(self):
         before = self.applied()
         channel = self.channel()
         for role in (None, "view"):
@@ -328,7 +328,7 @@ class Encryption(WithAuthority):
         code, _ = self.call(self.channel(ca=other.certificate), "aprsim.v1.TelemetryService/GetSnapshot")
         self.assertEqual(code, grpc.StatusCode.UNAVAILABLE)
 
-    def test_who_does_not_encrypt_is_told_off(self):
+    def test_unencrypted_clients_are_refused(self):
         with self.assertRaises(Unreachable):
             Cell.connect(self.daemon.ports_file)
         with socket.create_connection((HOST, self.ports["web"]), timeout=20 * PATIENCE) as plain:
@@ -522,7 +522,7 @@ class Page(WithAuthority):
 
 
 class Files(unittest.TestCase):
-    """What is wrong with files is said when the daemon starts."""
+    """The daemon reports faulty access files when it starts."""
 
     @classmethod
     def setUpClass(cls):
@@ -620,7 +620,7 @@ class Audit(WithAuthority):
 
 
 class Elsewhere(unittest.TestCase):
-    """What callers that are not on the loopback get: over an address of this machine that is none."""
+    """Permissions of callers outside the loopback, tested over another address of this machine."""
 
     @classmethod
     def setUpClass(cls):

@@ -169,7 +169,7 @@ TEST_F(Interruption, AReaderThatLeavesStopsTheDemo) {
   expect_standstill(client_, "fanuc");
 }
 
-TEST_F(Interruption, WhatMovesNothingLeavesAtOnce) {
+TEST_F(Interruption, EndsAtOnceWhenNothingMoves) {
   for (const auto& [signal, exit_code] : {std::pair(SIGINT, -SIGINT), std::pair(SIGTERM, 130)}) {
     auto watch = start({"watch", "--json"});
     watch.wait_for("\"step\"");

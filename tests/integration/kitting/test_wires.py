@@ -178,7 +178,7 @@ class HeldTest(unittest.TestCase):
         step = plan.next_step(scene, kit, tray, arm.robot.reaches, lambda _: False)
         return worker.Worker(arm, worker.Shop(board, None, [arm])), step.transfer, scene, server
 
-    def test_what_it_got_hold_of_is_carried_on(self):
+    def test_work_in_hand_is_resumed(self):
         # Approach and descent are done, the retreat is stopped, the way up is free again.
         robot, transfer, scene, server = self.worker(
             {"MoveTo": ["done", "done", "error stopped", "done"]}
@@ -187,7 +187,7 @@ class HeldTest(unittest.TestCase):
         self.assertEqual((server.holding, server.received.count("InitCanon")), ("false", 1))
         self.assertIs(transfer.target.content, trays.Content.RIGHT)
 
-    def test_what_it_did_not_get_is_looked_for_again(self):
+    def test_missed_part_is_located_again(self):
         robot, transfer, scene, server = self.worker({"MoveTo": ["done", "error stopped", "done"]})
         self.assertFalse(robot._carry(transfer, scene))
         self.assertIs(transfer.target.content, trays.Content.EMPTY)
@@ -283,7 +283,7 @@ class ConveyorTest(unittest.TestCase):
         went, _ = self.step(100, answer=stray)
         self.assertGreaterEqual(went, 100)
 
-    def test_what_is_not_modbus_is_refused(self):
+    def test_other_protocols_are_refused(self):
         error, _ = self.step(100, answer=lambda *_: [(0, b"\x03\0\0")])
         self.assertIn("function 3 in the answer to 4", str(error))
 

@@ -104,7 +104,7 @@ class Tasks(WithDaemon):
         self.assertLess(env.cell.snapshot().robot("fanuc").tool_in_world[2, 3], before - 0.02)
         self.assertTrue(episode(env, 1)[2]["is_success"])
 
-    def test_what_cannot_be(self):
+    def test_invalid_arguments(self):
         env = self.make(PickEnv)
         with self.assertRaisesRegex(AprsimError, "tray 'x', where kit_m2l1_vessel_1"):
             env.reset(options={"tray": "x"})

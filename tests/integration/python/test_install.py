@@ -11,7 +11,7 @@ from running_cell import PACKAGE, PATIENCE, ROOT
 
 
 class Install(unittest.TestCase):
-    def test_by_pip(self):
+    def test_pip_install(self):
         with tempfile.TemporaryDirectory() as folder:
             tree, target = pathlib.Path(folder) / "tree", pathlib.Path(folder) / "site"
             generated = shutil.ignore_patterns("*_pb2*", "build", "*.egg-info", "__pycache__")

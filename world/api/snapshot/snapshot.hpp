@@ -92,26 +92,26 @@ struct ContactSnapshot {
   Eigen::Vector3d f_W = Eigen::Vector3d::Zero();  ///< on the first [N]
 };
 
-inline constexpr std::size_t kMaxRobotTouches = 64;
+inline constexpr std::size_t kMaxUnintendedContacts = 64;
 /// A robot's contact with what is no work for it: anything but gears at its gripper. Contacts of a
 /// pair that follow each other within 0.25 s are one.
-struct RobotTouch {
+struct UnintendedContact {
   ContactSide first, second;  ///< the first is the robot
   std::uint64_t begin_step = 0, last_step = 0;
-  double greatest_n = 0;  ///< of the sums of all points' forces in a step
+  double max_force_n = 0;  ///< of the sums of all points' forces in a step
 
-  [[nodiscard]] bool same_pair(const RobotTouch& other) const {
+  [[nodiscard]] bool same_pair(const UnintendedContact& other) const {
     return first == other.first && second == other.second;
   }
 };
-/// The latest kMaxRobotTouches since reset, by their begin.
-using RobotTouchesPtr = std::shared_ptr<const std::vector<RobotTouch>>;
+/// The latest kMaxUnintendedContacts since reset, by their begin.
+using UnintendedContactsPtr = std::shared_ptr<const std::vector<UnintendedContact>>;
 
 /// How often the solver of contacts did less than it should, since reset. The cell goes on.
 struct SolverFailures {
   /// Groups of touching bodies whose step was given up short of the solution, counted by step.
   std::uint64_t not_converged = 0;
-  double worst_m_s = 0;  ///< the farthest that one of these was off, in velocity
+  double max_residual_m_s = 0;  ///< the farthest that one of these was off, in velocity
 
   bool operator==(const SolverFailures&) const = default;
 };
@@ -196,10 +196,10 @@ struct Snapshot {
   /// those among themselves that they had when they came to rest, as nothing has changed at them
   /// since.
   std::vector<ContactSnapshot> contacts;
-  RobotTouchesPtr robot_touches;     ///< null = none
-  int virtual_joint_count = 0;       ///< contact simplification at work
-  double max_penetration_m = 0;      ///< deepest contact in this step
-  std::uint64_t physics_faults = 0;  ///< penetrations over 0.5 mm since reset
+  UnintendedContactsPtr unintended_contacts;  ///< null = none
+  int virtual_joint_count = 0;                ///< contact simplification at work
+  double max_penetration_m = 0;               ///< deepest contact in this step
+  std::uint64_t physics_faults = 0;           ///< penetrations over 0.5 mm since reset
   SolverFailures solver_failures;
   SolverStep solver_step;         ///< the latest
   std::string world_fault;        ///< not empty: stopped; names bodies, step and cause

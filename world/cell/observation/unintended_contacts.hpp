@@ -20,7 +20,7 @@ class UnintendedContacts {
   /// `bodies` are the cell's, by index.
   void add(std::uint64_t step, int robot, std::span<const physics::ArmForce> forces, bool has_tool,
            std::span<const scene::FreeBody> bodies);
-  [[nodiscard]] const api::RobotTouchesPtr& list() const { return list_; }
+  [[nodiscard]] const api::UnintendedContactsPtr& list() const { return list_; }
   /// Renumbers bodies: `new_of` has the new number of each old one.
   void renumber(std::span<const int> new_of);
 
@@ -32,7 +32,7 @@ class UnintendedContacts {
   }
 
  private:
-  api::RobotTouchesPtr list_;
+  api::UnintendedContactsPtr list_;
 };
 
 }  // namespace aprsim::world

@@ -250,7 +250,8 @@ void StepSolver::note(const ContactSolver::Outcome& outcome) {
   memory_.latest.residual_m_s = std::max(memory_.latest.residual_m_s, outcome.residual_m_s);
   if (outcome.converged) return;
   ++memory_.failures.not_converged;
-  memory_.failures.worst_m_s = std::max(memory_.failures.worst_m_s, outcome.residual_m_s);
+  memory_.failures.max_residual_m_s =
+      std::max(memory_.failures.max_residual_m_s, outcome.residual_m_s);
 }
 
 // ---- where the search begins

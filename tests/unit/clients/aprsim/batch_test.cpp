@@ -20,7 +20,7 @@ namespace aprsim::client {
 namespace {
 
 // Values and t quantile (2.776 for 4 degrees of freedom) as in any table.
-TEST(Distribution, OfFiveValues) {
+TEST(Distribution, HasTheQuantilesOfFiveValues) {
   const Distribution d = distribution_of({5, 1, 4, 2, 3});
   EXPECT_EQ(d.count, 5U);
   EXPECT_DOUBLE_EQ(d.mean, 3);
@@ -100,7 +100,7 @@ TEST(Significance, RankCorrelation) {
   EXPECT_EQ(rank_correlation(x2, y2).rho, c.rho);
 }
 
-TEST(Significance, OfShares) {
+TEST(Significance, ComparesShares) {
   // The lady tasting tea: 3 of 4 and 1 of 4.
   EXPECT_NEAR(fisher_exact(3, 4, 1, 4), 34.0 / 70, 1e-12);
   EXPECT_NEAR(fisher_exact(10, 10, 4, 10), 0.0108359, 1e-6);
@@ -111,7 +111,7 @@ TEST(Significance, OfShares) {
   EXPECT_EQ(mcnemar_exact(0, 0), 1);
 }
 
-TEST(Significance, OfDifferencesAndSamples) {
+TEST(Significance, ComparesDifferencesAndSamples) {
   // All of five positive: 2 / 2^5.
   EXPECT_NEAR(signed_rank(std::vector<double>{1, 2, 3, 4, 5}), 0.0625, 1e-12);
   EXPECT_NEAR(signed_rank(std::vector<double>{-1, 2, 3, 4, 5, 0}), 0.125, 1e-12);
@@ -210,7 +210,7 @@ TEST(BatchReport, NamesTheWorstAndTheirJournals) {
   EXPECT_NE(batch_table(batch).find("seed 7: "), std::string::npos);
 }
 
-TEST(BatchReport, OfNothingAndOfSeedsThatAreMissing) {
+TEST(BatchReport, ReportsEmptyBatchesAndMissingSeeds) {
   Batch batch = batch_of({});
   EXPECT_NE(batch_table(batch).find("0 runs, 0 as expected"), std::string::npos);
   EXPECT_NE(batch_page(batch).find("</html>"), std::string::npos);

@@ -62,7 +62,7 @@ TEST(CliArguments, AFaultHasATargetParametersAndATime) {
   EXPECT_EQ(parse_as<client::FaultEndCommand>({"fault", "end", "7"}).id, 7U);
 }
 
-TEST(CliArguments, WhatAFaultWaitsFor) {
+TEST(CliArguments, TriggersOfAFault) {
   const auto when = [](const std::string& text) {
     const auto parsed = faults::parse_when(text);
     if (!parsed) throw std::runtime_error(parsed.error());
@@ -252,7 +252,7 @@ TEST(Endpoints, EnvironmentNamesTheFileAndDefaultsComeLast) {
   EXPECT_EQ(named->grpc, 1234);
 }
 
-TEST(Endpoints, WhatNeedsNoDaemonNeedsNoPortsFile) {
+TEST(Endpoints, CommandsWithoutADaemonNeedNoPortsFile) {
   ASSERT_EQ(setenv("APRSIM_PORTS_FILE", "/no/such", 1), 0);
   for (const std::vector<std::string>& arguments : {std::vector<std::string>{"conveyor", "map"},
                                                     {"completion", "zsh"},

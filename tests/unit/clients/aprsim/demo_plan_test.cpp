@@ -125,7 +125,7 @@ SlotView slot_at(const char* name, double x, double y, double z) {
   return slot;
 }
 
-TEST(Reach, WhatLiesBeyondAPlaceThatIsTooFarIsExcluded) {
+TEST(Reach, ExcludesPlacesBeyondAnUnreachableOne) {
   Reach reach({1, 0, 0});
   EXPECT_FALSE(reach.excludes(slot_at("a", 2, 0, 0.5)));
   reach.exclude({slot_at("a", 2, 0, 0.5), /*too_far=*/true});

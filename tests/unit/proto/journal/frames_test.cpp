@@ -64,7 +64,7 @@ TEST(Frames, NothingGathersToNoFrame) {
   EXPECT_EQ(encoder.take(), "");
 }
 
-TEST(Frames, WhatIsCutOffAnywhereEndsWithTheLastCompleteFrame) {
+TEST(Frames, TruncatedFileEndsWithTheLastCompleteFrame) {
   const TwoFrames frames;
   const std::string whole = frames.file();
   const std::size_t one = kMagic.size() + frames.first.size();

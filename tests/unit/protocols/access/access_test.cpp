@@ -16,7 +16,7 @@ using Problem = Caller::Problem;
 constexpr WallTime kNow{std::chrono::hours(24 * 365 * 60)};
 const std::string kFar = "10.0.0.1";
 
-/// What an access that knows the tokens of rules_with_tokens() makes of a token.
+/// Identification of callers by the tokens of rules_with_tokens().
 class AccessOfTokens : public testing::Test {
  protected:
   Caller call(const std::string& token, const std::string& host = kFar) {

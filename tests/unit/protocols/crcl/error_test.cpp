@@ -1,4 +1,4 @@
-// What puts a robot into an error, and how the error is held and shown.
+// Causes of a robot's error state, its latching and its report.
 
 #include "tests/unit/protocols/crcl/server_fixture.hpp"
 

@@ -1,4 +1,4 @@
-// What a robot's configuration picks where servers differ.
+// Settings of a robot's configuration for behaviour in which servers differ.
 
 #include "tests/unit/protocols/crcl/server_fixture.hpp"
 

@@ -1,4 +1,4 @@
-// What a connection's statuses contain, and in which units.
+// Contents and units of a connection's statuses.
 
 #include <filesystem>
 #include <numbers>
@@ -11,7 +11,7 @@ namespace {
 
 using Report = ReportTest;
 
-TEST_F(Report, ByDefaultPositionsPoseAndSettings) {
+TEST_F(Report, DefaultsToPositionsPoseAndSettings) {
   TestClient client(port_);
   const crcl::Status status = client.status();
   ASSERT_EQ(status.joints.size(), 6U);

@@ -1,4 +1,4 @@
-// Sensors, parameters, grippers: what clients switch on and set, and what statuses tell of it.
+// Sensors, parameters and grippers: client settings and their report in statuses.
 
 #include <numbers>
 
@@ -113,7 +113,7 @@ TEST_F(Services, TheLightCurtainIsASensorWithItsBeamsWhereThereIsOne) {
 
 /// Whatever clients enable and set under names of their own, a status stays one that others can
 /// read.
-TEST_F(Services, WhatIsKeptForClientsIsBounded) {
+TEST_F(Services, BoundTheirMemoryForClients) {
   int id = 100;
   const auto send = [&](const std::string& type, const std::string& body) {
     client_->command(++id, type, body);

@@ -162,7 +162,7 @@ TEST_F(ListenerTest, AnotherUnitsRequestsAreRefusedWhenConfigured) {
   EXPECT_EQ(client.ask(adu(kReadThree, 7, 3)), adu({0x83, 11}, 7, 3));
 }
 
-TEST_F(ListenerTest, WhoAsksTooOftenIsToldBusyAndNobodyElse) {
+TEST_F(ListenerTest, AnswersBusyToAFloodingClientOnly) {
   start({.max_requests_per_s = 5});
   RawClient hasty(port_), calm(port_);
   int busy = 0;

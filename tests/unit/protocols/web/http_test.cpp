@@ -169,7 +169,7 @@ TEST_F(Http, TheViewerLimitHoldsForManyAtOnce) {
       test::eventually([&] { return has(RawWebClient(port).request("GET /ws HTTP/1.1"), "426"); }));
 }
 
-TEST_F(Http, WhoFindsNoRoomIsToldSo) {
+TEST_F(Http, AnswersBusyAtTheConnectionLimit) {
   options.listener.limits.at_once = 2;
   start();
   RawWebClient a(port), b(port);

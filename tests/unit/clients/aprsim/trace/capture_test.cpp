@@ -139,7 +139,7 @@ TEST_F(SegmentsTest, OutOfOrderTwiceAndOverlapping) {
   EXPECT_EQ(received(), sent_);
 }
 
-TEST_F(SegmentsTest, WhatWasNotCapturedIsAHoleAndTheRestIsRead) {
+TEST_F(SegmentsTest, ReportsAHoleAndReadsTheRest) {
   const std::size_t size = sent_[0].size();
   piece(0, 0, size + 30);
   piece(0.1, size + 90, stream_.size() - size - 90);  // 60 bytes of the second document are gone
@@ -218,7 +218,7 @@ TEST(Capture, PortsAreTheUsers) {
   EXPECT_FALSE(is_listener_name("grpc"));
 }
 
-TEST(Capture, WhatIsCutOffIsTakenAsFarAsItGoes) {
+TEST(Capture, ReadsATruncatedFileAsFarAsItGoes) {
   CaptureFile file;
   CapturedConnection robot(file, 50000, 64444);
   robot.open(0);
@@ -250,7 +250,7 @@ TEST(Capture, PacketsThatWereCapturedInPartSaySo) {
   EXPECT_EQ(actions[1].kind, "EndCanon");
 }
 
-TEST(Capture, WhatIsNoneIsRefused) {
+TEST(Capture, RefusesOtherFiles) {
   for (const std::string& bytes : {std::string(), std::string("no capture at all, but text"),
                                    CaptureFile().bytes().substr(0, 20)}) {
     const auto [imported, trace] = import(bytes);

@@ -170,7 +170,7 @@ TEST(TraceComparison, RegistersThatOnlyOneOfBothReads) {
             "modbus: reads input registers 0x8008 to 0x8009, 1 times, which was never read");
 }
 
-TEST(TraceComparison, WhatIsSeenInTheEndComesLast) {
+TEST(TraceComparison, ListsDifferencesOfTheEndLast) {
   const auto comparison = changed([](Job& job) {
     job.seen_x_mm = 110;
     job.belt = 1;
@@ -195,7 +195,7 @@ TEST(TraceComparison, UnitsOfTheConnectionAreNoDeviation) {
   EXPECT_EQ(comparison.deviations[0].command, "SetLengthUnits");
 }
 
-TEST(TraceComparison, WhatIsSeenByChanceIsNoDeviation) {
+TEST(TraceComparison, IgnoresRandomDifferences) {
   // Of a program of four commands, and of a gripper whose end nobody waits for, polls see these.
   const auto seeing = [](const std::vector<std::int64_t>& seen, bool gripper_seen) {
     JournalFile file;
@@ -267,7 +267,7 @@ TEST(TraceReading, FilesOfOneRunInTheirOrder) {
   EXPECT_NE(mixed.error().message.find("several runs"), std::string::npos);
 }
 
-TEST(TraceReading, WhatIsCutOffIsReadAsFarAsItGoesAndSaysSo) {
+TEST(TraceReading, ReadsATruncatedJournalAndReportsIt) {
   const test::TemporaryDirectory directory;
   const std::string file = directory.path() + "/a.journal";
   JournalFile one;

@@ -438,7 +438,7 @@ INSTANTIATE_TEST_SUITE_P(Masses, Heavy, testing::Values(0.02, 1.0));
 
 // A gear that hangs in the gripper loads the arm by its weight through the pads; pushed onto the
 // table, by what the table does to it too, which is told with its name.
-TEST(Gripper, WhatAHeldGearMeetsLoadsTheArmThroughThePads) {
+TEST(Gripper, CollisionOfAHeldGearLoadsTheArmThroughThePads) {
   Bench bench(pick_scene("small"));
   ASSERT_TRUE(pick(bench).held);
   bench.run(50);

@@ -51,7 +51,7 @@ TEST_F(Placing, KeepsBodiesThatArePutTogetherAsTheyAre) {
   EXPECT_LT((apart - Vector3d(0.001, 0, 0.001)).norm(), 1e-12);
 }
 
-TEST_F(Placing, WhatIsTakenAwayIsLostOnceAndForAll) {
+TEST_F(Placing, RemovedBodyStaysLost) {
   placement_.take_away(kGear, 7);
   EXPECT_EQ(model_.body(kGear).lost_step, 7u);
   EXPECT_LT(model_.body(kGear).bounds.max.z(), model_.lost_below_m);

@@ -75,7 +75,7 @@ TEST(CommandQueue, FullQueueRefusesAndDoesNotUseUpATicket) {
   EXPECT_EQ(queue.push(pause()).value(), 3U);
 }
 
-/// Who floods leaves room for every other endpoint, however many flood.
+/// A flooding endpoint leaves room for every other endpoint, however many flood.
 TEST(CommandQueue, EachEndpointHasPlacesOfItsOwn) {
   CommandQueue queue(1024);
   const auto from = [&](api::EndpointId endpoint) {

@@ -46,7 +46,7 @@ std::vector<Contact> ahead_of_sinking(double deep_m, double from_m, bool floor =
   return found;
 }
 
-TEST(FindAhead, WhatWouldBeDeepAlreadyMustBeSeenNow) {
+TEST(FindAhead, DeepContactMustExistAtTheCurrentPose) {
   const auto stuck = ahead_of_sinking(8e-4, 1);
   ASSERT_EQ(stuck.size(), 1U);
   EXPECT_NEAR(stuck[0].depth_m, 8e-4, 1e-12);
@@ -58,7 +58,7 @@ TEST(FindAhead, WhatWouldBeDeepAlreadyMustBeSeenNow) {
   EXPECT_EQ(beside[0].n_W.z(), 1);
 }
 
-TEST(FindAhead, WhatIsHardlyDeepCountsFromWhereItIsFound) {
+TEST(FindAhead, ShallowContactCountsFromWhereItIsFound) {
   EXPECT_EQ(ahead_of_sinking(5e-5, -1e-5).size(), 1U);
 }
 
