@@ -18,6 +18,8 @@ import shutil
 import subprocess
 import sys
 
+import diagrams
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PICTURES = {".png", ".webp", ".gif", ".svg"}
 # Results are figures of one machine, pages of thousands of lines.
@@ -56,6 +58,16 @@ def adapt_links(text: str, name: str, tracked: set[str]) -> str:
     return "".join(parts)
 
 
+def draw_charts(text: str, page: pathlib.Path) -> str:
+    """With pictures in place of Mermaid's charts."""
+    def draw(match: re.Match[str]) -> str:
+        name = "chart_" + hashlib.sha256(match[1].encode()).hexdigest()[:8] + ".svg"
+        (page.parent / name).write_text(diagrams.svg(match[1]))
+        return f"![Chart]({name})"
+
+    return re.sub(r"^```mermaid\n(.*?)^```", draw, text, flags=re.S | re.M)
+
+
 def collect(stage: pathlib.Path) -> None:
     command = ["git", "-C", str(ROOT), "ls-files", "--cached", "--others", "--exclude-standard"]
     names = subprocess.check_output(command, text=True).splitlines()
@@ -67,7 +79,7 @@ def collect(stage: pathlib.Path) -> None:
         path = stage / there
         path.parent.mkdir(parents=True, exist_ok=True)
         if name.endswith(".md"):
-            path.write_text(adapt_links((ROOT / name).read_text(), name, tracked))
+            path.write_text(draw_charts(adapt_links((ROOT / name).read_text(), name, tracked), path))
         elif name.startswith("docs/"):
             shutil.copyfile(ROOT / name, path)
 

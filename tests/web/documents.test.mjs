@@ -29,9 +29,17 @@ test('/docs leads to the documents, whose pages the browser accepts', async () =
   const page = await open('docs');
   await page.waitForURL('**/docs/');
   assert.match(await page.title(), /aprsim/);
-  for (const path of ['docs/tutorial.html', 'docs/reference/configuration.html']) {
+  for (const path of [
+    'docs/tutorial.html',
+    'docs/reference/events.html',
+    'docs/ARCHITECTURE.html'
+  ]) {
     const other = await open(path);
     await other.waitForSelector('article h1');
+    const missing = await other.evaluate(() =>
+      [...document.images].filter((image) => !image.naturalWidth).map((image) => image.src)
+    );
+    assert.deepEqual(missing, [], path);
     assert.deepEqual(other.complaints, [], path);
   }
   assert.deepEqual(page.complaints, []);

@@ -47,17 +47,21 @@ function run(steps) {
 }
 const demo = spawn(join(bin, 'aprsim'), ['--ports-file', ports, 'demo'], {stdio: 'ignore'});
 try {
-  const drawn = () =>
-    page.evaluate(() => {
+  // The page's own picture of a step, without waiting for the browser to show it.
+  const picture = (step) =>
+    page.evaluate((step) => {
       const {view} = document.querySelector('main.stage');
-      return view.dirty ? -1 : Number(view.taken?.step ?? -1);
-    });
+      if (Number(view.taken?.step ?? -1) !== step) return null;
+      view.renderer.shadowMap.needsUpdate = true;
+      view.render();
+      return view.renderer.domElement.toDataURL('image/png').split(',')[1];
+    }, step);
   const times = [];
   let step = run(1000 * kFirst_s);
   for (let k = 0; k < Number(seconds) * Number(rate); ++k) {
-    await until(`step ${step} to be drawn`, async () => (await drawn()) === step);
+    const png = await until(`step ${step} to arrive`, () => picture(step), 300000);
     const file = `${String(k).padStart(4, '0')}.png`;
-    await page.screenshot({path: join(folder, file)});
+    writeFileSync(join(folder, file), Buffer.from(png, 'base64'));
     times.push({file, sim_time_s: step / 1000});
     step = run(Math.round(1000 / Number(rate)));
   }
