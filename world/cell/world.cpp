@@ -180,8 +180,8 @@ void World::step_robot(std::size_t i) {
   robot.see_light_curtain(curtain_.broken);
   robot.step(physics_->gripper(index), physics_->arm_forces(index), *description_, loose_);
   if (robot.tool() != physics_->tool_of(index)) {
-    physics_->leave_tool(index);
-    if (robot.tool() >= 0) physics_->take_tool(index, robot.tool(), robot.X_WM());
+    physics_->detach_tool(index);
+    if (robot.tool() >= 0) physics_->attach_tool(index, robot.tool(), robot.X_WM());
   }
   // The physics takes arm and gripper poses from the robot.
   physics_->set_arm(index, robot.X_WL());
@@ -284,10 +284,10 @@ void World::adopt(const World& old, std::span<const int> old_of) {
 
 void World::put_body(int body, const Pose& X_WB) {
   const std::array<physics::PhysicsWorld::Placement, 1> place{{{body, X_WB.isometry()}}};
-  physics_->put(place);
+  physics_->place(place);
 }
 
-void World::remove_body(int body) { physics_->take_away(body); }
+void World::remove_body(int body) { physics_->remove(body); }
 
 // ---- events
 

@@ -75,7 +75,7 @@ std::vector<Case> cases(bool quick) {
   return {{"ramp", trays, seconds, ramped}, {"shaken", trays, seconds, shaken}, tumbling(1, quick)};
 }
 
-/// What an engine's steps took, and what came of them.
+/// Step times of an engine, and the resulting contacts and depths.
 struct Timed {
   std::vector<double> us;
   double contacts = 0, deepest_m = 0;  ///< a step, mean; the deepest of all

@@ -46,8 +46,7 @@ struct Worst {
   }
 };
 
-/// What falls: a part or tray, and how far it reaches from its origin, and below it when it is
-/// upright, or upside down.
+/// A falling part or tray: its reach from the origin, and below the origin upright or upside down.
 struct Faller {
   std::string type;
   bool tray = false;

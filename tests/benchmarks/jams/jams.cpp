@@ -37,7 +37,7 @@ double farthest_apart(const JamOutcome& a, const JamOutcome& b) {
   return std::max(farthest_apart(a.pressed, b.pressed), farthest_apart(a.left, b.left));
 }
 
-/// What becomes of one beginning, mode by mode, and of some that are a little different.
+/// Results of one initial state and of slightly different ones, in each mode.
 class Orderly {
  public:
   Orderly(Experiment& experiment, unsigned seeds) : experiment_(experiment), seeds_(seeds) {}

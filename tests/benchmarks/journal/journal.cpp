@@ -1,6 +1,6 @@
-// What the journal costs: steps of the cell at work and status round trips of its CRCL clients,
-// without a journal, with one on a disk, with one in memory only and with one that goes into a pipe
-// which nobody reads any more, by turns in one process.
+// Cost of the journal: step times of the working cell and status round trips of its CRCL clients,
+// without a journal, with one on a disk, with one in memory only, and with one that writes to a
+// pipe without a reader, in alternation in one process.
 
 #include "server/journal/journal.hpp"
 
@@ -64,7 +64,7 @@ class Source final : public api::SnapshotSource {
 };
 
 /// Steps in real time, publishes and records each step, as the daemon's simulation thread does, and
-/// serves what stands still while another cell has its turn.
+/// serves its clients while another cell has its turn.
 class Cell {
  public:
   explicit Cell(server::journal::Journal* journal)

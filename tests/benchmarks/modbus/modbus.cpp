@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kClients = 128;
 constexpr double kRequestsPerSecond = 100;  // of each
 
-/// What became of the physics loop meanwhile.
+/// Pace of the physics loop meanwhile.
 struct Pace {
   double real_time_factor = 0, step_mean_us = 0, missed_share = 0;
 };

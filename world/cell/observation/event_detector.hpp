@@ -81,10 +81,10 @@ class EventDetector {
   std::vector<Robot> robots_;
   api::DriveFault belt_fault_ = api::DriveFault::kNone;
   bool contacts_known_ = false;  ///< else they are taken as they are
-  std::uint64_t contacts_version_ = 0, ties_version_ = 0;
-  std::vector<physics::ContactPair> touching_;  ///< by their keys
-  State apart_;                                 ///< by their keys; none of them touches
-  std::vector<physics::Ties> ties_;             ///< of bodies and tools
+  std::uint64_t contacts_version_ = 0, grouping_version_ = 0;
+  std::vector<physics::ContactPair> touching_;    ///< by their keys
+  State apart_;                                   ///< by their keys; none of them touches
+  std::vector<physics::BodyGrouping> groupings_;  ///< of bodies and tools
   std::vector<bool> lost_;
   std::vector<api::CellEvent> found_;
 };

@@ -63,6 +63,8 @@ void PhysicsState::Data::Body::restore(FreeBody& body) const {
 }
 
 PhysicsState::PhysicsState(const PhysicsModel& model, const PhysicsStep& step) {
+  // Everything that a later step reads must be in Data: resumed and uninterrupted runs agree bit
+  // for bit.
   Data data{.simplification = model.simplification.save()};
   for (const auto& body : model.bodies) {
     data.bodies.push_back({body.body.motion(), body.origin_B, body.X_WB, body.v_com_W, body.omega_W,
@@ -96,7 +98,7 @@ void PhysicsState::restore(PhysicsModel& model, PhysicsStep& step) const {
   for (std::size_t i = 0; i < data.bodies.size(); ++i) {
     data.bodies[i].restore(model.bodies[i]);
   }
-  model.simplification.sleeping().note_poses();
+  model.simplification.sleeping().record_poses();
   arrange_tools(model, data.tool_of_robot);
   for (std::size_t r = 0; r < data.arms.size(); ++r) {
     model.arms[r].restore(data.arms[r]);
@@ -111,11 +113,12 @@ void PhysicsState::restore(PhysicsModel& model, PhysicsStep& step) const {
 
 std::size_t PhysicsState::bytes() const {
   if (!data_) return 0;
+  // Capacity, not size: the heap memory that the state occupies.
   const auto held = [](const auto& values) { return values.capacity() * sizeof values[0]; };
-  std::size_t kept_bytes = held(data_->step.kept);
-  for (const auto& manifold : data_->step.kept) kept_bytes += held(manifold.points);
+  std::size_t cache_bytes = held(data_->step.cache);
+  for (const auto& manifold : data_->step.cache) cache_bytes += held(manifold.points);
   return sizeof *data_ + held(data_->bodies) + held(data_->grippers) + held(data_->parked) +
-         held(data_->arms) + held(data_->constraints) + kept_bytes +
+         held(data_->arms) + held(data_->constraints) + cache_bytes +
          held(data_->step.solver.contacts);
 }
 

@@ -20,7 +20,7 @@ class CommandProgress {
   void accept(api::Ticket ticket, api::ActionKind kind);
   /// The command works until `task` is done. A held error stays.
   void begin(Task task);
-  /// The command has nothing to do yet; the task of the one before goes on.
+  /// The command has no task yet; the one before it continues.
   void wait();
   /// Done, unless an error is held. `description` replaces the one that was set.
   void complete(const char* description = nullptr);

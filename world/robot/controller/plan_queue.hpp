@@ -38,7 +38,7 @@ class PlanQueue {
 
   /// A copy without the plan that is being made: only the request is kept. Allocates.
   [[nodiscard]] PlanQueue unmade() const;
-  /// Has the restored request planned anew: other copies may cancel the shared job. Allocates.
+  /// Plans the restored request again: other copies may cancel the shared job. Allocates.
   void replan(const MotionPlanner& planner, PlanPrefetcher* prefetcher);
 
   /// Memory besides the value itself and what copies share, approximately.

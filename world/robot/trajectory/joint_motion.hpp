@@ -66,9 +66,9 @@ class JointMotion {
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
-    auto& [move, way, shared, shared_limits, hard_limits, own, end, steps, time, duration, speed,
+    auto& [move, delta, shared, shared_limits, hard_limits, own, end, steps, time, duration, speed,
            braking, any_synchronised] = self;
-    io(move, way, shared, shared_limits, hard_limits, own, end, steps, time, duration, speed,
+    io(move, delta, shared, shared_limits, hard_limits, own, end, steps, time, duration, speed,
        braking, any_synchronised);
   }
 
@@ -84,7 +84,7 @@ class JointMotion {
   void restart();
 
   JointMove move_;
-  JointVector way_;
+  JointVector delta_;
   DoubleS shared_;  ///< progress of the synchronised joints, 0 .. 1
   ScalarLimits shared_limits_, hard_limits_;
   std::array<DoubleS, kMaxDof> own_;

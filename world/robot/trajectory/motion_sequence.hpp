@@ -36,8 +36,8 @@ class MotionPlan {
   std::vector<Motion> motions_;
 };
 
-/// Runs the motions of a plan, or a single one. A copyable value of a few kilobytes, whatever was
-/// planned: copies share the plan. Never allocates. Thread: any, one at a time.
+/// Runs the motions of a plan, or a single one. A copyable value of a few kilobytes for any plan,
+/// since copies share it. Never allocates. Thread: any, one at a time.
 class MotionSequence {
  public:
   MotionSequence() = default;

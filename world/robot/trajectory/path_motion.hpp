@@ -67,7 +67,7 @@ class PathMotion {
   [[nodiscard]] ScalarLimits limits_now() const;
   void restart(const DoubleS& profile);
 
-  /// What planning finds; it does not change any more once the motion runs.
+  /// Result of planning; constant once the motion runs.
   struct Path {
     bool in_joint_space = false;
     IkPath ik;

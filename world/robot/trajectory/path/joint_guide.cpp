@@ -11,6 +11,7 @@ JointGuide::JointGuide(std::span<const JointVector> postures, int smoothings)
     JointVector before = control_.front();
     for (std::size_t i = 1; i + 1 < control_.size(); ++i) {
       const JointVector here = control_[i];
+      // Binomial smoothing with weights 1/4, 1/2, 1/4; the ends stay.
       control_[i] = 0.25 * before + 0.5 * here + 0.25 * control_[i + 1];
       before = here;
     }
