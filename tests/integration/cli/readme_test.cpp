@@ -66,12 +66,9 @@ void add_line(const std::string& line, Document& out) {
   std::smatch found;
   if (std::regex_match(line, found, kCommand)) {
     out.commands.push_back(found[1]);
-  } else if (std::regex_match(line, found, kDaemon)) {
+  } else if (out.daemon.empty() && std::regex_match(line, found, kDaemon)) {
     std::istringstream words(found[1]);
-    for (std::string word; out.daemon.empty() || words;) {
-      if (!(words >> word)) break;
-      out.daemon.push_back(word);
-    }
+    for (std::string word; words >> word;) out.daemon.push_back(word);
   } else {
     for (std::sregex_iterator code(line.begin(), line.end(), kCode), end; code != end; ++code) {
       out.commands.push_back((*code)[1]);
