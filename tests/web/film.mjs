@@ -1,13 +1,12 @@
 // Takes the pictures of the README's film: the default cell during its demo, as the page shows it.
 // usage: node tests/web/film.mjs FOLDER [SECONDS] [WIDTHxHEIGHT] [PICTURES_PER_S]
-//   SECONDS of simulated time. The cell is paused for each picture, so that drawing without a GPU
-//   keeps up.
-import {spawn, spawnSync} from 'node:child_process';
+//   SECONDS of simulated time. The cell runs slowly, so that drawing without a GPU keeps up.
+import {spawn} from 'node:child_process';
 import {mkdirSync, writeFileSync} from 'node:fs';
 import {join} from 'node:path';
 import {bin, Daemon, openBrowser, openPage, until} from './harness.mjs';
 
-const kPace = 0.5;
+const kPace = 0.05;
 const kFirst_s = 2;
 const [folder, seconds = '18', size = '720x450', rate = '4'] = process.argv.slice(2);
 const [width, height] = size.split('x').map(Number);
@@ -38,32 +37,27 @@ await page.evaluate(() => {
   window.dispatchEvent(new Event('resize'));
 });
 const ports = join(daemon.directory, 'ports.json');
-/** Takes steps and pauses; the step after them. */
-function run(steps) {
-  const words = ['--ports-file', ports, 'run', '--steps', String(steps), '--json'];
-  const {status, stdout, stderr} = spawnSync(join(bin, 'aprsim'), words);
-  if (status !== 0) throw new Error(`aprsim run: ${stderr}`);
-  return JSON.parse(stdout).step;
-}
 const demo = spawn(join(bin, 'aprsim'), ['--ports-file', ports, 'demo'], {stdio: 'ignore'});
 try {
-  // The page's own picture of a step, without waiting for the browser to show it.
-  const picture = (step) =>
-    page.evaluate((step) => {
+  // The page's own picture from a time on, without waiting for the browser to show it.
+  const picture = (due_s) =>
+    page.evaluate((due_s) => {
       const {view} = document.querySelector('main.stage');
-      if (Number(view.taken?.step ?? -1) !== step) return null;
+      const time = view.taken?.simTime;
+      const sim_time_s = time ? Number(time.seconds) + time.nanos * 1e-9 : 0;
+      if (sim_time_s < due_s) return null;
       view.renderer.shadowMap.needsUpdate = true;
       view.render();
-      return view.renderer.domElement.toDataURL('image/png').split(',')[1];
-    }, step);
+      const png = view.renderer.domElement.toDataURL('image/png').split(',')[1];
+      return {png, sim_time_s};
+    }, due_s);
   const times = [];
-  let step = run(1000 * kFirst_s);
   for (let k = 0; k < Number(seconds) * Number(rate); ++k) {
-    const png = await until(`step ${step} to arrive`, () => picture(step), 300000);
+    const due_s = kFirst_s + k / Number(rate);
+    const {png, sim_time_s} = await until(`${due_s} s`, () => picture(due_s), 300000);
     const file = `${String(k).padStart(4, '0')}.png`;
     writeFileSync(join(folder, file), Buffer.from(png, 'base64'));
-    times.push({file, sim_time_s: step / 1000});
-    step = run(Math.round(1000 / Number(rate)));
+    times.push({file, sim_time_s});
   }
   writeFileSync(join(folder, 'times.json'), JSON.stringify(times));
 } finally {
