@@ -131,6 +131,7 @@ web::WebServerOptions web_options(const ListenerContext& context, const scene::S
   options.control = config.web.control;
   options.hosts = config.web.hosts;
   options.assets = process::web_directory();
+  options.documents = process::documents_directory();
   for (const auto& robot : scene.robots) options.models.emplace_back(robot.name, robot.model_file);
   options.visual = [scene](const api::CellDescription& cell) {
     if (!cell.scene_text || *cell.scene_text == scene.text) return visual_of(scene);

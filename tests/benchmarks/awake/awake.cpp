@@ -33,12 +33,11 @@ constexpr double kSeated = 5e-3;                // from its slot [m]
 constexpr JoltSettings kJoltSettings[] = {{10, 2}, {20, 4}};  // the first is compared with
 
 constexpr auto kJoltNote =
-    "Jolt: trays as boxes around square holes as wide as the pockets, gears as a disc, a conical "
-    "hub "
-    "and a peg, the scene's masses, inertias and step; friction as the root of two bodies' "
-    "products "
-    "(exact for gears on trays and gears and trays on the belt), no damping, no sleep. Margins "
-    "tight: slop 10 um, speculative distance 1 mm, contacts anew after 0.1 mm. Restitution none. A "
+    "Jolt: trays are boxes around square holes as wide as the pockets; gears are a disc, a "
+    "conical hub and a peg; masses, inertias and step are the scene's. Friction is the root of "
+    "the product of two bodies' values, which is exact for gears on trays and for the belt. "
+    "There is no damping, no sleep and no restitution. Margins are tight: slop 10 um, "
+    "speculative distance 1 mm, contacts anew after 0.1 mm. A "
     "process of its own, one thread, its own processor time; penetration at Jolt's own contacts in "
     "every fiftieth step, which is not timed. Jolt cuts what touches to four points a pair of "
     "bodies and solves to what its iterations give. Native: double positions, built from source. "

@@ -227,10 +227,10 @@ int run(int argc, char** argv) {
       "loads from a seed.");
   experiment.note(
       "Farthest apart: of any body, pressed or at the end, from where it is in mode `off`. Beside "
-      "it "
-      "mode `off` against itself with every gear 0.14 um or 1.4 nm elsewhere in the beginning, to "
-      "one side or the other, the worst of four: what the motion makes of a difference, as gears "
-      "rattle in their pockets. `beyond_m`: how much farther apart than that, jam by jam.");
+      "it mode `off` against itself, with every gear displaced by 0.14 um or 1.4 nm at the "
+      "start, to one side or the other, the worst of four. This shows how far the motion "
+      "amplifies a difference, as gears rattle in their pockets. `beyond_m`: how much farther "
+      "apart than that, jam by jam.");
   experiment.note(
       "Distributions: of eight numbers that tell where everything lies, the greatest distance D of "
       "distribution functions (Kolmogorov and Smirnov), and p by permuting the runs, which allows "

@@ -234,8 +234,8 @@ int run(int argc, char** argv) {
   beside_none("journal.stalled.step_p999_us", cases[3].steps_us, cases[0].steps_us, 0.999);
   experiment.record("journal.ten_minutes_mb", ten_minutes_mb, "MB");
   experiment.note(
-      "Four cells at work, both robots and the belt, in turns of a second of real time in one "
-      "process; two clients of each robot ask for the status every 25 ms, and each camera has a "
+      "Four working cells, both robots and the belt, take turns of a second of real time in one "
+      "process. Two clients of each robot poll the status every 25 ms, and each camera has a "
       "reader. Times of steps are processor time of their thread. The pipe was opened by a reader "
       "that never reads.");
   return experiment.finish();

@@ -88,8 +88,8 @@ int run(int argc, char** argv) {
       "Each client asks 100 times a second for holding registers, input registers and discrete "
       "inputs and sets the belt's speed, in turn, whether or not it has been answered. The "
       "clients, the "
-      "server and the cell at real-time pace share one machine. Of the stallers, one sends a byte "
-      "a second and one asks for the longest replies without reading any; each comes again when it "
+      "server and the cell at real-time pace share one machine. One staller sends a byte a "
+      "second, one requests the longest replies without reading any; each reconnects when it "
       "has been dropped.");
   return experiment.finish();
 }

@@ -32,7 +32,7 @@ class UnintendedContacts {
   }
   template <typename In>
   void require_valid(In& in) const {
-    in.require(!list_ || list_->size() <= api::kMaxRobotTouches, "more contacts than are kept");
+    in.require(!list_ || list_->size() <= api::kMaxUnintendedContacts, "more contacts than are kept");
   }
 
  private:

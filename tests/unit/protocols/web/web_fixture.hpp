@@ -39,6 +39,7 @@ class WebFixture : public ::testing::Test {
   }
 
   void write(const std::string& name, const std::string& text) { directory_.write(name, text); }
+  [[nodiscard]] std::string directory() const { return directory_.path(); }
 
  private:
   test::TemporaryDirectory directory_;
