@@ -4,7 +4,7 @@ import {execFileSync} from 'node:child_process';
 import {readFileSync} from 'node:fs';
 import {join} from 'node:path';
 import {after, before, test} from 'node:test';
-import {bin, CrclClient, Daemon, openBrowser, openPage, stopAll, until} from './harness.mjs';
+import {bin, CrclClient, Daemon, openPage, openPlainBrowser, stopAll, until} from './harness.mjs';
 
 let daemon, browser, page, opened_s;
 
@@ -17,8 +17,8 @@ before(async () => {
   client.close();
   // From here on the test's own pace does not matter.
   execFileSync(join(bin, 'aprsim'), ['--ports-file', daemon.portsFile, 'pause']);
-  browser = await openBrowser();
-  page = await openPage(browser, daemon);
+  browser = await openPlainBrowser();
+  page = await openPage(browser, daemon, {frames: 'none'});
   opened_s = await shownTime();
   await page.getByRole('tab', {name: 'Charts'}).click();
 });

@@ -9,7 +9,7 @@ import {chromium} from 'playwright-core';
 
 const here = dirname(fileURLToPath(import.meta.url));
 export const bin = process.env.APRSIM_BIN_DIR ?? join(here, '../../build/release/bin');
-export const browserProgram = process.env.CHROMIUM ?? '/usr/bin/chromium';
+const browserProgram = process.env.CHROMIUM ?? '/usr/bin/chromium';
 
 /** Waits until `look` gives something true. */
 export async function until(what, look, deadline_ms = 60000) {
@@ -81,6 +81,15 @@ export function openBrowser() {
       '--ignore-gpu-blocklist',
       '--disable-gpu-rasterization'
     ]
+  });
+}
+
+/** A browser without WebGL, which needs far less time than one that renders in software. */
+export function openPlainBrowser() {
+  return chromium.launch({
+    executablePath: browserProgram,
+    headless: true,
+    args: ['--no-sandbox', '--disable-dev-shm-usage', '--disable-gpu', '--disable-3d-apis']
   });
 }
 

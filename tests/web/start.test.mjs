@@ -1,12 +1,11 @@
 // The first minutes at the page: where to start, in any width, without WebGL, in a paused cell.
 import assert from 'node:assert/strict';
 import {after, before, test} from 'node:test';
-import {chromium} from 'playwright-core';
 import {
-  browserProgram,
   Daemon,
   openBrowser,
   openPage,
+  openPlainBrowser,
   stopAll,
   until,
   writeRegister
@@ -97,11 +96,7 @@ test('joints, tool and gripper of either robot fit 1440 x 900 without scrolling'
 
 test('without WebGL one line is where the view would be, and all else works', async () => {
   const daemon = await Daemon.start();
-  const plain = await chromium.launch({
-    executablePath: browserProgram,
-    headless: true,
-    args: ['--no-sandbox', '--disable-dev-shm-usage', '--disable-gpu', '--disable-3d-apis']
-  });
+  const plain = await openPlainBrowser();
   const page = await openPage(plain, daemon, {frames: 'none'});
   await until('the line', async () =>
     /does not offer WebGL/.test(await page.getByTestId('no-webgl').textContent())

@@ -104,8 +104,11 @@ export class PastReader {
       }
       const query = this.background();
       if (!query) break;
+      const begin = performance.now();
       query.use(await this.read(query.moment, () => {}));
-      if (!this.wanted) await new Promise((go) => window.setTimeout(go, kBackgroundPause_ms));
+      // Half of the time is left to others.
+      const pause_ms = Math.max(kBackgroundPause_ms, performance.now() - begin);
+      if (!this.wanted) await new Promise((go) => window.setTimeout(go, pause_ms));
     }
     this.busy = false;
   }

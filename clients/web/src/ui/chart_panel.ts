@@ -13,10 +13,11 @@ const kSpans_s = [10, 60, 600];
 const kLeastSpan_s = 1; // that is shown at the start of a run
 const kMaxCharts = 6;
 const kDrawPeriod_ms = 100;
+const kRest = 5; // times as long as drawing took, before it is done again
 const kFine_s = 60; // live rows of this last while are all kept
 const kCoarse_s = 0.1; // from row to row before that
 const kThinEvery = 300; // rows
-const kPoints = 400; // that the daemon is asked for over the width of a chart
+const kPoints = 240; // that the daemon is asked for over the width of a chart
 const kMaxEpochs = 4; // that are recorded
 const kRetry_ms = 2000; // after a query that failed
 
@@ -57,6 +58,8 @@ export class ChartPanel implements ChartHost {
   private records = new Map<bigint, SignalRecord>();
   private fixed: Range | null = null; // paused or zoomed
   private drawn = 0;
+  private period_ms = kDrawPeriod_ms;
+  private timer = 0;
   private added = 0;
   private failed = -Infinity; // when a query failed
 
@@ -311,18 +314,22 @@ export class ChartPanel implements ChartHost {
   }
 
   private drawSoon(): void {
-    if (performance.now() - this.drawn >= kDrawPeriod_ms) this.draw();
-    else
-      window.setTimeout(
-        () => performance.now() - this.drawn >= kDrawPeriod_ms && this.draw(),
-        kDrawPeriod_ms
-      );
+    const wait_ms = this.drawn + this.period_ms - performance.now();
+    if (wait_ms <= 0) this.draw();
+    else if (!this.timer) this.timer = window.setTimeout(() => this.draw(), wait_ms);
   }
 
   private draw(): void {
+    window.clearTimeout(this.timer);
+    this.timer = 0;
     if (!this.element.offsetParent) return;
-    this.drawn = performance.now();
+    const begin = performance.now();
     this.charts.forEach((chart) => chart.draw());
+    // uPlot draws in microtasks that were queued before this one.
+    queueMicrotask(() => {
+      this.drawn = performance.now();
+      this.period_ms = Math.max(kDrawPeriod_ms, kRest * (this.drawn - begin));
+    });
   }
 
   private save(): void {
