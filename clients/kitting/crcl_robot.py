@@ -36,7 +36,7 @@ class Interrupted(Exception):
 
 @dataclass(frozen=True)
 class Status:
-    """What a CRCLStatus says, in the units of the connection: millimetres and degrees."""
+    """The content of a CRCLStatus, in the units of the connection: millimetres and degrees."""
 
     command_id: int
     state: str
