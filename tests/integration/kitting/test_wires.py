@@ -1,5 +1,6 @@
 """The kitting controller against servers that err, vanish, stall and send what nobody asked for."""
 
+import argparse
 import dataclasses
 import threading
 import unittest
@@ -14,6 +15,7 @@ import orders
 import plan
 import trays
 import vision
+import wires
 import worker
 from clock import Clock
 from geometry import Pose2
@@ -286,6 +288,15 @@ class ConveyorTest(unittest.TestCase):
     def test_other_protocols_are_refused(self):
         error, _ = self.step(100, answer=lambda *_: [(0, b"\x03\0\0")])
         self.assertIn("function 3 in the answer to 4", str(error))
+
+
+class HostTest(unittest.TestCase):
+    def test_ipv6_hosts_with_and_without_brackets(self):
+        for text, host in {"::1": "::1", "[::1]": "::1", "cell": "cell", "127.0.0.1": "127.0.0.1"}.items():
+            self.assertEqual(wires.host_of(text), host)
+        for text in ("", "[]", "[::1", "::1]"):
+            with self.subTest(text), self.assertRaisesRegex(argparse.ArgumentTypeError, "host"):
+                wires.host_of(text)
 
 
 if __name__ == "__main__":
