@@ -1,6 +1,7 @@
 #include "server/programs/programs.hpp"
 
 #include <algorithm>
+#include <csignal>
 #include <filesystem>
 #include <utility>
 
