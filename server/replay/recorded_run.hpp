@@ -31,7 +31,6 @@ class RecordedRun {
   [[nodiscard]] static Result<RecordedRun> open(const std::vector<std::string>& places,
                                                 const std::string& version);
 
-  [[nodiscard]] const std::vector<std::string>& files() const { return files_; }
   [[nodiscard]] const v1::JournalHeader& header() const { return header_; }
   [[nodiscard]] const std::shared_ptr<const scene::Scene>& scene() const { return scene_; }
   /// Reasons why bits may differ, a sentence each.
