@@ -15,7 +15,7 @@
 namespace aprsim::server::journal {
 namespace {
 
-/// What a state's file may unpack to; those of the largest cells have some 2 MB.
+/// Limit of a state's unpacked size; those of the largest cells have some 2 MB.
 constexpr std::size_t kMaxUnpackedBytes = std::size_t{16} << 20;
 
 tl::unexpected<Error> refused(std::string why) {

@@ -19,7 +19,7 @@ namespace aprsim::server::journal {
 /// Saved states as journals of one state: the scene with its models and digests, an epoch that
 /// begins with the state's name, the state as its checkpoint with the changes of its scene, and a
 /// signature (StateSeal). Reads states that are signed with the key of this user, others only if
-/// it is told to. Restores each in a world of its own first. Thread: any.
+/// the configuration allows them. Restores each in a world of its own first. Thread: any.
 class SceneStateFiles final : public protocols::StateFiles {
  public:
   using FindScene = std::function<std::shared_ptr<const scene::Scene>()>;

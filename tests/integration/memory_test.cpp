@@ -37,7 +37,7 @@ void live_a_second(CellClient& cell, int number) {
   cell.step(1000);
 }
 
-/// By simulated time, so that no speed of the machine decides.
+/// Measured in simulated time, so that the machine's speed does not decide.
 TEST(MemoryOfADaemon, StaysFlatOnceItsPastIsFull) {
   DaemonProcess daemon({"--scene", "empty_belt", "--speed", "stepped", "--no-web", "--set",
                         "history.minutes=1", "--set", "journal.memory_minutes=1"});

@@ -196,7 +196,7 @@ void swap_leaves(std::string& bytes, const Layout& layout, const Draw& draw) {
   }
 }
 
-/// An element is left out or doubled, with the right count. Later places no longer fit.
+/// An element is left out or doubled, with the right count. Later offsets do not fit then.
 void change_list(std::string& bytes, const Layout& layout, const Draw& draw) {
   const Layout::List& list = layout.lists[draw() % layout.lists.size()];
   const std::size_t count = list.begins.size() - 1;

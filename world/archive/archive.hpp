@@ -172,7 +172,7 @@ class Writer {
   template <typename... T>
   void put(const std::variant<T...>& value) {
     tag(static_cast<std::uint32_t>(value.index()));
-    std::visit([this](const auto& body) { put(body); }, value);
+    std::visit([this](const auto& body) { this->put(body); }, value);
   }
   /// A shared value is written once: at first with its value, later by its number. 0 = null.
   template <typename T>

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 
 #include <boost/math/distributions/binomial.hpp>
@@ -133,7 +134,7 @@ double rank_sum(std::span<const double> a, std::span<const double> b) {
   std::vector<double> all(a.begin(), a.end());
   all.insert(all.end(), b.begin(), b.end());
   const Ranks ranks = ranks_of(all);
-  const double sum = std::accumulate(ranks.of.begin(), ranks.of.begin() + a.size(), 0.0);
+  const double sum = std::accumulate(ranks.of.begin(), ranks.of.begin() + std::ssize(a), 0.0);
   const double total = n + m;
   const double variance = n * m / 12 * (total + 1 - ranks.ties / (total * (total - 1)));
   return of_normal(sum - n * (total + 1) / 2, std::sqrt(std::max(0.0, variance)));

@@ -7,7 +7,7 @@
     print(cell.snapshot().robot("fanuc").tool_in_world[:3, 3])
 
 `Cell` and `Robot` block until each call is done; `aprsim.aio` has the same classes for asyncio. `Daemon`
-starts a cell of one's own, `run_scenario` runs a whole job, and `aprsim.envs` has tasks with Gymnasium's
+starts a private cell, `run_scenario` runs a whole job, and `aprsim.envs` has tasks with Gymnasium's
 signatures. Units are SI.
 
 Poses are 4 x 4 matrices named after their frames: X_WT is the pose of the tool T in the world W, with the

@@ -1,4 +1,4 @@
-"""A daemon of one's own, on free ports, for as long as a program needs it."""
+"""A private daemon, on free ports, for as long as a program needs it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-// What a step costs while nothing is at rest, solved to kResidual, beside ODE's iterative solver at
+// Cost of a step while nothing is at rest, solved to kResidual, beside ODE's iterative solver at
 // the same contact points and, where there is one, beside Jolt: the trays of Table 1 on a belt that
 // is ramped or shaken, and ten loaded trays that tumble.
 

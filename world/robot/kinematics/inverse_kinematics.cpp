@@ -89,7 +89,7 @@ Result<void> need_positive(const ArmModel& model, std::initializer_list<double> 
 Result<std::unique_ptr<InverseKinematics>> make_spherical_wrist(const ArmModel& model) {
   auto sign = match(model, kSphericalWrist);
   if (!sign) return tl::unexpected(sign.error());
-  const auto offset = [&](std::size_t joint) -> const auto{
+  const auto offset = [&](std::size_t joint) {
     return Eigen::Vector3d(model.joints[joint].X_PJ.translation());
   };
   // Offsets along an axis can be added up, since rotation about it leaves them unchanged.

@@ -23,7 +23,7 @@ bool JointMotion::has_consistent_sizes() const {
     return l.lower.size() == n && l.upper.size() == n && l.speed.size() == n &&
            l.accel.size() == n && l.jerk.size() == n && (l.lower.array() <= l.upper.array()).all();
   };
-  return move_.start.size() == n && move_.target.size() == n && way_.size() == n &&
+  return move_.start.size() == n && move_.target.size() == n && delta_.size() == n &&
          fits(move_.limits) && fits(move_.maximum);
 }
 
@@ -48,7 +48,7 @@ void JointMotion::plan_shared() {
   const double scale = move_.time_scale;
   ScalarLimits& l = shared_limits_;
   // Synchronised joints share one progress s(t): q = start + s delta, and the limits divided by
-  // |way_i| bound s', s'' and s''' (Biagiotti & Melchiorri 2008, ch. 5).
+  // |delta_i| bound s', s'' and s''' (Biagiotti & Melchiorri 2008, ch. 5).
   l = {move_.progress_speed, move_.progress_accel, move_.progress_accel / kJerkTime_s};
   hard_limits_ = {1e9, 1e9, 1e9};
   bool moves = false;

@@ -218,7 +218,7 @@ TEST_F(Connections, AWriterThatVanishesStillTakesEffect) {
   EXPECT_EQ(reader.ask(adu(pdu(3, {0x8002, 2}))), adu({3, 4, 0x80, 0, 0, 99}));
 }
 
-// What a flooding client has left in the buffers does not come between the writes of the next.
+// Unread writes of a flooding client do not come between the writes of the next client.
 TEST_F(Connections, AClientThatHasClosedHasOneTurnOfItsWritesExecuted) {
   start();
   cell_.hold();

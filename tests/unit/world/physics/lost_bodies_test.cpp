@@ -1,4 +1,4 @@
-// What falls where nothing can catch it is lost, and nothing else notices.
+// A body that falls where nothing can catch it is lost, without an effect on the others.
 
 #include <gtest/gtest.h>
 
