@@ -18,7 +18,7 @@
 
 namespace aprsim::crcl {
 
-// The largest of the language's types are copied and destroyed in one place only.
+// Copied and destroyed here only: the code for so many alternatives is large.
 CommandBody::CommandBody() = default;
 CommandBody::CommandBody(const CommandBody& other) = default;
 CommandBody::CommandBody(CommandBody&& other) noexcept = default;
@@ -310,7 +310,7 @@ Command read_command(const XmlNode& node, std::string_view type, ErrorSlot& slot
   return command;
 }
 
-// Where a client is in its program is only echoed: no reason to refuse a command.
+// The program position is only echoed; a bad one is no reason to refuse a command.
 std::optional<int> read_hint(const XmlNode& root, std::string_view name) {
   const XmlNode* node = root.child(name);
   return node == nullptr ? std::nullopt : parse_int(node->text);
@@ -369,7 +369,7 @@ void write_joint_details(ElementWriter& out, const JointForceTorque& details) {
   out.close("JointDetails");
 }
 
-// Writes what a command has beyond CommandID and guards.
+// Writes the fields of a command that follow CommandID and guards.
 struct BodyWriter {
   ElementWriter& out;
 

@@ -15,8 +15,8 @@ namespace aprsim::crcl {
 /// order, unknown ones ignored, a missing CommandID is 0, a missing boolean false, numbers outside
 /// a schema range kept. Numbers must be finite and axes must give an orientation. A StopMotion
 /// stops (Fast) even when its condition is not one of the three.
-/// Errors: kMalformed for what those servers answer by closing the connection (broken XML, a
-/// missing or unknown xsi:type); kBadValue, with the command's type and id, for the rest.
+/// Errors: kMalformed for documents on which those servers close the connection (broken XML, a
+/// missing or unknown xsi:type); kBadValue, with the command's type and id, for all others.
 /// Thread: any.
 [[nodiscard]] Result<CommandInstance> decode_command(std::string_view document,
                                                      std::size_t max_bytes = kMaxCommandBytes);

@@ -83,7 +83,7 @@ struct ConfigureStatusReport {
   bool operator==(const ConfigureStatusReport&) const = default;
 };
 
-/// Loops stand in program files; a client expands them and never sends them.
+/// Loops exist in program files only; a client expands them before it sends commands.
 struct LoopBlockStart {
   std::string loop;
   bool operator==(const LoopBlockStart&) const = default;

@@ -6,8 +6,8 @@
 #include "crcl/status.hpp"
 #include "crcl/xml_reader.hpp"
 
-/// Whole documents as elements, whatever these are read from or written to. The rules are those of
-/// command_codec.hpp and status_codec.hpp.
+/// Whole documents as elements, independent of the medium that they are read from or written to.
+/// The rules are those of command_codec.hpp and status_codec.hpp.
 namespace aprsim::crcl {
 
 inline constexpr std::string_view kCommandRoot = "CRCLCommandInstance";

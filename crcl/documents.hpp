@@ -8,7 +8,7 @@
 #include "crcl/commands.hpp"
 #include "crcl/guard.hpp"
 
-/// A command with what all commands share, and the two documents that carry commands.
+/// A command with the fields that all commands have, and the two documents that carry commands.
 namespace aprsim::crcl {
 
 struct Command {

@@ -5,7 +5,7 @@
 
 namespace aprsim::crcl {
 
-/// Takes the elements of a document one after the other, as text or into a tree.
+/// Receives the elements of a document in order and writes them as text or as a tree.
 class ElementWriter {
  public:
   ElementWriter() = default;
@@ -18,7 +18,7 @@ class ElementWriter {
   virtual void open(std::string_view name, std::string_view xsi_type) = 0;
   virtual void close(std::string_view name) = 0;
 
-  /// Elements that hold nothing but a value.
+  /// Elements that contain only a value.
   virtual void text(std::string_view name, std::string_view value) = 0;
   virtual void number(std::string_view name, double value) = 0;
   virtual void integer(std::string_view name, std::int64_t value) = 0;

@@ -8,14 +8,14 @@
 
 namespace aprsim::crcl {
 
-/// How far a document could be understood.
+/// The stage at which a document was rejected.
 enum class ErrorKind {
   kTooLarge,   ///< more bytes than the limit without an end tag
   kMalformed,  ///< not XML, a limit of the parser, or an element that cannot be a CRCL document
   kBadValue,   ///< a known command or status with a field that is missing or out of its domain
 };
 
-/// What was wrong with a document: where, what stood there, what was expected.
+/// A fault of a document: the element, its text, the expected content.
 struct Error {
   ErrorKind kind = ErrorKind::kMalformed;
   std::string element;   ///< path of the element, e.g. MoveToType/EndPosition/Point/X

@@ -45,7 +45,7 @@ bool Framer::wide_encoding() const {
   return std::ranges::any_of(kWide, [&](std::string_view s) { return document.starts_with(s); });
 }
 
-// Goes from '<' to '<', so that every byte is looked at once, however it comes.
+// Searches from '<' to '<', so that every byte is examined once, however the stream is split.
 template <typename IsTag>
 std::size_t Framer::find_tag(const IsTag& is_tag) {
   const std::string_view all = buffer_;
@@ -79,7 +79,7 @@ std::size_t Framer::find_tag(const IsTag& is_tag) {
   }
 }
 
-// Which kind of document this is decides where it ends: a command may carry a program as text.
+// The kind of the document decides its end tag: a command may carry a program as text.
 void Framer::find_root() {
   if (root_ || kinds_.size() == 1) {
     root_ = root_.value_or(0);
@@ -89,7 +89,7 @@ void Framer::find_root() {
     for (std::size_t i = 0; i < kinds_.size(); ++i) {
       if (text.starts_with(kinds_[i].start_tag)) root_ = i;
     }
-    // An end without a start ends what stands before it.
+    // An end tag without a start tag ends the bytes before it.
     if (text.starts_with(kinds_[0].end_tag)) root_ = 0;
     return root_.has_value();
   };
@@ -126,7 +126,7 @@ Result<std::optional<std::string>> Framer::next() {
   const std::size_t end = find_end();
   const bool complete = end != std::string::npos;
   const Kind& kind = kinds_[root_.value_or(0)];
-  // What has not begun may still become the longest kind.
+  // A document that has not begun may still become the longest kind.
   const std::size_t limit = root_ ? kind.max_bytes : widest_;
   if ((complete ? end : buffer_.size()) - start_ > limit) {
     Error error;
@@ -146,7 +146,7 @@ Result<std::optional<std::string>> Framer::next() {
   return document;
 }
 
-// Only when nothing complete is left, so that many documents in one read cost one move.
+// Called only when no complete document is left, so that many documents in one read cost one move.
 void Framer::discard_consumed() {
   if (start_ == 0) return;
   buffer_.erase(0, start_);

@@ -16,8 +16,8 @@ inline constexpr std::size_t kMaxProgramBytes = 16'777'216;
 
 /// Cuts a stream of bytes into XML documents: a document ends with its root's end tag. NUL bytes
 /// and white space between documents are dropped. Works on bytes, so a character may be split over
-/// reads. Tags inside a comment or a CDATA section are text. The bytes are those of an encoding
-/// that has ASCII's; UTF-16 and UTF-32 are refused.
+/// reads. Tags inside a comment or a CDATA section are text. The encoding must extend ASCII;
+/// UTF-16 and UTF-32 are refused.
 class Framer {
  public:
   /// One kind of document in the stream.
@@ -26,27 +26,27 @@ class Framer {
     std::size_t max_bytes;
   };
 
-  /// Documents that end with the end tag of one of `roots`: of the one that begins first, of the
-  /// first in the list while none has begun.
+  /// A document ends with the end tag of the root that it began with; with that of the first root
+  /// if none has begun.
   explicit Framer(std::vector<Root> roots);
 
-  /// What a server receives: commands, and programs unless their limit is 0.
+  /// For a server: commands, and programs unless their limit is 0.
   static Framer for_commands(std::size_t max_bytes = kMaxCommandBytes,
                              std::size_t max_program_bytes = 0);
-  /// What a client receives.
+  /// For a client.
   static Framer for_statuses(std::size_t max_bytes = kMaxStatusBytes);
 
   void append(std::string_view bytes);
 
-  /// The next complete document, or nothing yet. kTooLarge once the present document exceeds the
-  /// limit, kMalformed when it begins as UTF-16 or UTF-32 does; the stream cannot be read any
-  /// further then.
+  /// The next complete document; empty while it is incomplete. kTooLarge once the present document
+  /// exceeds the limit, kMalformed if it begins as UTF-16 or UTF-32 does. The stream cannot be read
+  /// further after an error.
   [[nodiscard]] Result<std::optional<std::string>> next();
 
-  /// Index into the roots of the kind of the document that next() has returned last.
+  /// Index of the root of the document that next() has returned last.
   [[nodiscard]] std::size_t last_root() const { return last_; }
 
-  /// Bytes held that belong to no complete document that next() has returned.
+  /// Bytes that next() has not returned yet.
   [[nodiscard]] std::size_t buffered() const { return buffer_.size() - start_; }
 
  private:
@@ -70,8 +70,8 @@ class Framer {
   std::size_t start_ = 0;            // of the present document
   std::optional<std::size_t> root_;  // index of its kind, once its start tag has come
   std::size_t last_ = 0;
-  std::size_t scanned_ = 0;         // no tag that matters begins before this
-  std::string_view section_end_{};  // what ends the comment or CDATA section that scanned_ is in
+  std::size_t scanned_ = 0;         // no relevant tag begins before this
+  std::string_view section_end_{};  // end of the comment or CDATA section at scanned_
   std::size_t blank_until_ = 0;     // an end tag without '>' is followed by blanks up to here
 };
 

@@ -8,7 +8,7 @@ namespace aprsim::crcl {
 
 enum class GuardLimit { kOverMax, kUnderMin, kIncreaseOverLimit, kDecreaseBeyondLimit };
 
-/// GuardType: a sensor condition that ends a command, and in a status how it stands.
+/// GuardType: a sensor condition that ends a command. Statuses add its counts and readings.
 struct Guard {
   std::optional<std::string> name;
   std::string sensor_id;

@@ -148,7 +148,7 @@ const Field* find(const pb::Descriptor& type, std::string_view name, bool kind) 
   return nullptr;
 }
 
-// Where in the document a reader is.
+// Position of a reader in the document.
 struct Place {
   const XmlNode* node;
   const Place* parent;
@@ -185,7 +185,7 @@ class MessageReader {
     const std::string& given = place.node->type;
     const Field* kind = find(type, given, true);
     if (kind != nullptr) return message.GetReflection()->MutableMessage(&message, kind);
-    // A pose need not be more; all others that have kinds are nothing without.
+    // A pose may be a plain PoseType; other abstract types need an xsi:type.
     if (&type == v1::Pose::descriptor() && (given.empty() || given == "PoseType")) return nullptr;
     fail(place, given,
          given.empty() ? "xsi:type missing" : "unknown xsi:type, expected one of the schema",
@@ -280,7 +280,7 @@ Result<Message> message_of(std::string_view document, std::size_t max_bytes,
   return message_of<Message>(*root, root_name);
 }
 
-// What we write ourselves is always understood.
+// A document that was written here can always be read.
 template <typename Message, typename Value>
 Message message_of_value(std::string_view root_name, const Value& value,
                          void (*write)(ElementWriter&, const Value&)) {

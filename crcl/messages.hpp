@@ -15,9 +15,9 @@
 /// between C++ values and messages. Thread: any.
 namespace aprsim::crcl {
 
-/// A document as a message, and nothing of it lost that the schema knows: names of parts too, and
-/// what is missing stays missing. Elements may come in any order; unknown ones are left out, and so
-/// is a second one where the schema has one.
+/// A document as a message, without loss of anything that the schema knows: Name elements are kept,
+/// and missing elements stay absent. Elements may come in any order. Unknown elements are dropped,
+/// and so is a second element where the schema allows one.
 /// Errors: kMalformed as in command_codec.hpp; kBadValue for text that is no value of its element.
 [[nodiscard]] Result<v1::CommandInstance> command_message(std::string_view document,
                                                           std::size_t max_bytes = kMaxCommandBytes);
@@ -26,9 +26,9 @@ namespace aprsim::crcl {
 [[nodiscard]] Result<v1::Status> status_message(std::string_view document,
                                                 std::size_t max_bytes = kMaxStatusBytes);
 
-/// A message as a document on one line, elements in schema order: valid if the message has what the
-/// schema asks for. Characters that XML does not have become U+FFFD; an enumerator that is not
-/// stated is left out.
+/// A message as a document on one line, elements in schema order. It is valid if the message has
+/// all required fields. Characters that XML does not have become U+FFFD; an unspecified enumerator
+/// is left out.
 [[nodiscard]] std::string to_document(const v1::CommandInstance& message);
 [[nodiscard]] std::string to_document(const v1::Program& message);
 [[nodiscard]] std::string to_document(const v1::Status& message);
@@ -38,8 +38,8 @@ namespace aprsim::crcl {
 [[nodiscard]] v1::Program to_message(const Program& program);
 [[nodiscard]] v1::Status to_message(const Status& status);
 
-/// A message as a C++ value, which keeps no names but those of documents, commands and guards.
-/// Errors: those of the decoder of the document that says the same.
+/// A message as a C++ value, which keeps only the names of documents, commands and guards.
+/// Errors: those of decoding the equivalent document.
 [[nodiscard]] Result<CommandInstance> from_message(const v1::CommandInstance& message);
 [[nodiscard]] Result<Program> from_message(const v1::Program& message);
 [[nodiscard]] Result<Status> from_message(const v1::Status& message);

@@ -6,7 +6,7 @@
 
 #include "crcl/values.hpp"
 
-/// What moves and stops the arm; see crcl/commands.hpp.
+/// The commands that move and stop the arm; see crcl/commands.hpp.
 namespace aprsim::crcl {
 
 enum class StopCondition { kImmediate, kFast, kNormal };
@@ -15,7 +15,7 @@ struct StopMotion {
   bool operator==(const StopMotion&) const = default;
 };
 
-/// What PoseAndSetType adds to a pose: overrides for the one move.
+/// The settings that PoseAndSetType adds to a pose; they hold for that move only.
 struct PoseSettings {
   bool coordinated = false;
   std::optional<Rate> trans_speed, rot_speed, trans_accel, rot_accel;

@@ -10,10 +10,10 @@ namespace aprsim::crcl {
 
 inline constexpr std::size_t kMaxExpandedCommands = 1'000'000;
 
-/// The commands of a program in the order of execution, as indices into `program.commands`: what
-/// stands between the start and the end of a loop block comes MaxCount times (a loop never goes
-/// over the wire by itself). Loops may be nested; a start or end without its counterpart is
-/// kBadValue, and so is a program that grows beyond `max_commands`.
+/// The commands of a program in the order of execution, as indices into `program.commands`. The
+/// commands of a loop block are repeated MaxCount times. Loops may be nested.
+/// Errors: kBadValue for a start or end without its counterpart, and for a program that grows
+/// beyond `max_commands`.
 [[nodiscard]] Result<std::vector<std::size_t>> expand_loops(
     const Program& program, std::size_t max_commands = kMaxExpandedCommands);
 

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <string>
 
-/// What all use of the XML library shares. Internal to the codec.
+/// Common parts of all users of the XML library. Internal to the codec.
 namespace aprsim::crcl {
 
 /// Thrown through the library to abandon a document.

@@ -40,7 +40,7 @@ std::unique_ptr<xc::MemBufInputSource> source_of(std::string_view text, const st
   return source;
 }
 
-// Ends a parse at the first fault; gives the schemas to each other, and nothing else to anybody.
+// Ends a parse at the first fault. Resolves only the schemas here.
 class Handler final : public xc::DefaultHandler {
  public:
   void error(const xc::SAXParseException& problem) override { fatalError(problem); }

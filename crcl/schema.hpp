@@ -6,7 +6,7 @@
 
 #include "crcl/error.hpp"
 
-/// The schemas of the language, as this project writes them down.
+/// The schemas of the language, written for this project.
 namespace aprsim::crcl {
 
 struct SchemaFile {
@@ -16,9 +16,9 @@ struct SchemaFile {
 /// All of them; the last three declare the roots.
 [[nodiscard]] std::span<const SchemaFile> schema_files();
 
-/// What a schema does not allow in a document with any of the three roots: kMalformed with line and
-/// column, nothing when it is valid. Hints in the document to other schemas are ignored and nothing
-/// is ever fetched. Thread: any; each thread keeps a parser of its own.
+/// The first violation of the schema in a document with one of the three roots: kMalformed with
+/// line and column; empty for a valid document. Schema hints in the document are ignored, and
+/// nothing is fetched. Thread: any; each thread keeps a parser of its own.
 [[nodiscard]] std::optional<Error> schema_fault(std::string_view document);
 
 }  // namespace aprsim::crcl

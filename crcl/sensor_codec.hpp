@@ -4,7 +4,7 @@
 #include "crcl/sensor_status.hpp"
 #include "crcl/xml_reader.hpp"
 
-/// Guards, and the parts of a status about sensors and guards, as elements.
+/// Encodes and decodes guards, and the parts of a status about sensors and guards.
 namespace aprsim::crcl {
 
 [[nodiscard]] Guard read_guard(const Fields& guard);

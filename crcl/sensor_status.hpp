@@ -12,7 +12,7 @@
 /// name with "Type" appended, unless it says otherwise.
 namespace aprsim::crcl {
 
-/// SensorStatusType: what all kinds have.
+/// SensorStatusType: the common part of all kinds.
 struct SensorReading {
   std::string sensor_id;
   std::int32_t read_count = 0;

@@ -5,7 +5,7 @@
 
 #include "crcl/values.hpp"
 
-/// The commands of CRCLCommands.xsd that move nothing: parameters, sensors, grippers, programs.
+/// The commands of CRCLCommands.xsd without motion: parameters, sensors, grippers, programs.
 /// Each struct is the schema type of the same name with "Type" appended.
 namespace aprsim::crcl {
 

@@ -229,7 +229,7 @@ std::optional<Unit> read_unit(const Fields& fields, std::string_view name) {
   return unit;
 }
 
-// When both forms stand, the absolute one says more.
+// The absolute form takes precedence.
 std::optional<Rate> read_set_rate(const Fields& fields, const std::string& base) {
   if (fields.has(base + "Absolute")) {
     return Rate{false, fields.child(base + "Absolute").number("Setting")};

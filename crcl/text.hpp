@@ -13,7 +13,7 @@ inline constexpr std::string_view kXmlSpace = " \t\r\n";
 /// Without XML white space at either end.
 [[nodiscard]] std::string_view trim(std::string_view text);
 
-/// xs:double, with INF, -INF and NaN. Nothing when `text` is no such number.
+/// xs:double, with INF, -INF and NaN. Empty if `text` is no such number.
 [[nodiscard]] std::optional<double> parse_double(std::string_view text);
 /// xs:long.
 [[nodiscard]] std::optional<std::int64_t> parse_long(std::string_view text);

@@ -12,7 +12,7 @@
 
 namespace aprsim::crcl {
 
-/// Makes the tree that reading the same document would give.
+/// Builds the same tree as reading the written document.
 class TreeWriter final : public ElementWriter {
  public:
   void open(std::string_view name) override { add(name); }

@@ -14,8 +14,8 @@ enum class AngleUnit { kRadian, kDegree };
 enum class ForceUnit { kNewton, kPound, kOunce };
 enum class TorqueUnit { kNewtonMeter, kFootPound };
 
-/// The units in force on one connection. The initial ones are those that the reference servers
-/// start with and that the APRS clients rely on.
+/// The units of one connection. The initial ones are those of the reference servers, on which the
+/// APRS clients rely.
 struct Units {
   LengthUnit length = LengthUnit::kMillimeter;
   AngleUnit angle = AngleUnit::kDegree;

@@ -11,18 +11,18 @@
 #include "crcl/values.hpp"
 #include "crcl/xml_reader.hpp"
 
-/// The value types that commands and statuses share as elements, in schema order when written, and
-/// what a pose's axes stand for. DataPrimitives.xsd.
+/// Encodes and decodes the value types of DataPrimitives.xsd that commands and statuses share, and
+/// computes the orientation of a pose's axes.
 namespace aprsim::crcl {
 
-/// A right-handed orthonormal triad: the columns of the rotation that a pose's axes stand for.
+/// A right-handed orthonormal triad: the columns of a pose's rotation matrix.
 struct Axes {
   Vector x, y, z;
 };
 
 /// The triad of a pose: ZAxis normalised, XAxis made perpendicular to it and normalised, Y = Z x X.
-/// Writers round their axes (0.707), so lengths and right angles need not be exact. An axis without
-/// length, or axes closer to parallel than about 6 degrees, give no orientation: kBadValue.
+/// Writers round their axes (0.707), so lengths and right angles need not be exact. Errors:
+/// kBadValue for an axis without length, or axes closer to parallel than about 6 degrees.
 [[nodiscard]] Result<Axes> orthonormal_axes(const Pose& pose);
 
 [[nodiscard]] Vector read_point(const Fields& point);

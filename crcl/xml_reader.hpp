@@ -28,21 +28,21 @@ struct XmlLimits {
   std::size_t max_attributes = 64;  ///< of one element
 };
 
-/// Parses one document. Refused as kMalformed: anything not well formed, any DOCTYPE, an element in
-/// a namespace, a limit exceeded. Schema hints are ignored and nothing is ever fetched.
+/// Parses one document. Errors: kMalformed for a document that is not well formed, a DOCTYPE, an
+/// element in a namespace, an exceeded limit. Schema hints are ignored; nothing is fetched.
 /// Thread: any; each thread keeps a parser of its own.
 [[nodiscard]] Result<XmlNode> parse_xml(std::string_view document, const XmlLimits& limits = {});
 
-/// Sets the XML library up, once; parse_xml() does so by itself. A process that reads its
+/// Initialises the XML library, once; parse_xml() does so itself. A process that reads its
 /// environment from several threads calls this before it starts them.
 void initialize_xml();
 
-/// The first thing found wrong while a document is decoded; later ones are not recorded.
+/// The first fault found while a document is decoded; later ones are not recorded.
 using ErrorSlot = std::optional<Error>;
 
-/// Reads the elements of one XML element by name, in any order. A reader that meets a fault records
-/// it with the path of the element and returns a neutral value, so that decoders read straight
-/// through and look at the slot once at the end. Must not outlive the node, its parent or the slot.
+/// Reads the elements of one XML element by name, in any order. On a fault it records the element's
+/// path and returns a neutral value, so that decoders need no branches and check the slot once at
+/// the end. Must not outlive the node, its parent or the slot.
 class Fields {
  public:
   Fields(const XmlNode& node, ErrorSlot& slot) : node_(&node), slot_(&slot) {}

@@ -15,7 +15,7 @@ namespace aprsim::crcl {
 class XmlWriter final : public ElementWriter {
  public:
   XmlWriter() {
-    out_.reserve(4096);  // more than the usual status
+    out_.reserve(4096);  // above the usual size of a status
     out_ += R"(<?xml version="1.0" encoding="UTF-8" standalone="yes"?>)";
   }
 

@@ -5,8 +5,9 @@
 
 #include "modbus/request_bytes.hpp"
 
-/// What the specification demands of every function at every limit (MODBUS Application Protocol
-/// Specification V1.1b3, sections 6 and 7), for a device whose addresses are 0x8000 to 0x80FF.
+/// The requirements of the specification for every function at every limit (MODBUS Application
+/// Protocol Specification V1.1b3, sections 6 and 7), for a device whose addresses are 0x8000 to
+/// 0x80FF.
 namespace aprsim::modbus::conformance {
 
 inline constexpr int kAccepted = 0;

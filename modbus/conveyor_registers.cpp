@@ -6,7 +6,7 @@
 namespace aprsim::modbus {
 namespace {
 
-/// Nearest integer within [low, high]; 0 for what is not a number.
+/// Nearest integer within [low, high]; 0 for NaN.
 long clamped(double value, double low, double high) {
   if (std::isnan(value)) return 0;
   return std::lround(std::clamp(value, low, high));
@@ -25,7 +25,7 @@ void put32(std::array<std::uint16_t, kAddressCount>& area, std::uint16_t address
   at(area, static_cast<std::uint16_t>(address + 1)) = static_cast<std::uint16_t>(value & 0xFFFF);
 }
 
-/// Signed speed that the drive's inputs ask for, within what the belt can do.
+/// Signed speed that the drive's inputs set, within the belt's limit.
 double target_speed(const ConveyorReadings& r) {
   if (!r.run) return 0;
   const double magnitude = std::min(r.speed_setting_m_s, r.max_speed_m_s);

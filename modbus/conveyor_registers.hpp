@@ -10,7 +10,7 @@
 /// Conversion between the conveyor's physical values and its registers.
 namespace aprsim::modbus {
 
-/// What the device's memory holds at one instant: one entry per address from kFirstAddress on.
+/// The device's memory at one instant: one entry per address from kFirstAddress on.
 struct RegisterImage {
   std::array<std::uint16_t, kAddressCount> holding{};
   std::array<std::uint16_t, kAddressCount> input{};
@@ -18,7 +18,7 @@ struct RegisterImage {
   std::array<std::uint8_t, kAddressCount> discrete{};  ///< 0 or 1
 };
 
-/// Why the drive does not run, as the fault register says it.
+/// The reason why the drive does not run, as in the fault register.
 enum class FaultCode : std::uint16_t {
   kNone,
   kCellStopped,
@@ -33,7 +33,7 @@ struct PhotoEyeReadings {
 };
 
 struct LightCurtainReadings {
-  std::uint16_t beams = 0;  ///< 0: this cell has none
+  std::uint16_t beams = 0;  ///< 0 = the cell has none
   double range_m = 0;
   bool broken = false;
   std::array<double, kCurtainBeams> distance_m{};  ///< the first ones
@@ -41,7 +41,7 @@ struct LightCurtainReadings {
 
 /// The conveyor at one instant, in SI units, and the light curtain that its PLC reads.
 struct ConveyorReadings {
-  bool present = false;  ///< false: no conveyor; only fault, time and light curtain mean something
+  bool present = false;  ///< false: no conveyor; only fault, time and light curtain are valid
   bool run = false;
   bool forward = true;
   double speed_setting_m_s = 0;  ///< commanded magnitude
@@ -59,7 +59,7 @@ struct ConveyorReadings {
 
 enum class DriveState : std::uint16_t { kAbsent, kStandstill, kRamping, kAtSpeed, kFault };
 
-/// What a write to the drive's registers or coils asks for; absent = not written.
+/// The drive inputs that a write sets; absent = not written.
 struct ConveyorWrite {
   std::optional<bool> run;
   std::optional<bool> forward;
@@ -80,12 +80,12 @@ struct ConveyorWrite {
 [[nodiscard]] std::uint32_t position_counts(double travel_m);
 [[nodiscard]] DriveState drive_state(const ConveyorReadings& readings);
 
-/// Writes the documented registers into the image and leaves the rest alone.
+/// Writes the documented registers into the image; the others stay as they are.
 void encode(const ConveyorReadings& readings, const ConveyorScaling& scaling, RegisterImage& image);
 
-/// The drive inputs among the coils or words of a write request (not FC 22), which may cover
-/// unused memory too. A value outside its register's range: exception 3, and nothing of the request
-/// counts.
+/// The drive inputs in the coils or words of a write request (not FC 22), which may include unused
+/// memory. A value outside its register's range gives exception 3, and nothing of the request is
+/// written.
 [[nodiscard]] Checked<ConveyorWrite> decode_write(const Request& request,
                                                   const ConveyorScaling& scaling);
 

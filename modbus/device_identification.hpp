@@ -6,7 +6,7 @@
 
 #include "modbus/request.hpp"
 
-/// Function code 43 / 14, Read Device Identification: who the device is.
+/// Function code 43 / 14, Read Device Identification.
 /// Source: MODBUS Application Protocol Specification V1.1b3, section 6.21.
 namespace aprsim::modbus {
 
@@ -20,8 +20,8 @@ struct IdentificationRequest {
 };
 
 /// Parses a PDU with function code 43. Exceptions: 1 another MEI type, 3 length or level, 2 an
-/// individual object that the device does not have. A stream that begins at an object that the
-/// device does not have begins at the first, as the specification wants it.
+/// individual object that the device does not have. A stream from an object that the device does
+/// not have begins at the first, as specified.
 [[nodiscard]] Checked<IdentificationRequest> parse_identification(
     std::span<const std::uint8_t> pdu);
 

@@ -6,15 +6,15 @@
 #include <string>
 #include <string_view>
 
-/// The conveyor's Modbus registers as one table: what is documented, printed, validated and served
-/// all comes from here.
+/// The conveyor's Modbus registers as one table, the source of documents, printed map, validation
+/// and replies.
 namespace aprsim::modbus {
 
 /// The four Modbus data areas.
 enum class Area : std::uint8_t { kCoil, kDiscreteInput, kInputRegister, kHoldingRegister };
 
 /// The conveyor's PLC runs TwinCAT, whose Modbus server maps PLC variables to 0x8000-0x80FF of each
-/// area (Beckhoff TF6250, default mapping). Everything else is no address of this device.
+/// area (Beckhoff TF6250, default mapping). Other addresses do not exist.
 inline constexpr std::uint16_t kFirstAddress = 0x8000;
 inline constexpr std::uint16_t kAddressCount = 0x100;
 
@@ -23,7 +23,7 @@ inline constexpr std::uint16_t kRunRegister = 0x8000;
 inline constexpr std::uint16_t kDirectionRegister = 0x8001;
 inline constexpr std::uint16_t kSpeedRegister = 0x8002;
 
-// Input registers, beyond what the lab's map is known to have.
+// Input registers; the published lab map has none.
 inline constexpr std::uint16_t kActualSpeedRegister = 0x8000;
 inline constexpr std::uint16_t kTargetSpeedRegister = 0x8001;
 inline constexpr std::uint16_t kDriveStateRegister = 0x8002;
@@ -54,10 +54,10 @@ inline constexpr std::uint16_t kReverseInput = 0x8005;
 inline constexpr std::uint16_t kCurtainInput = 0x8006;
 inline constexpr std::uint16_t kPhotoEyeInput = 0x8008;  // of the first photo-eye
 
-/// Photo-eyes that the map has room for.
+/// Photo-eyes in the map.
 inline constexpr std::uint16_t kPhotoEyes = 4;
 
-/// Beams of a light curtain that the map has room for.
+/// Light curtain beams in the map.
 inline constexpr std::uint16_t kCurtainBeams = 64;
 
 /// Full scale of the speed registers in counts. Taken as unsigned: it is 0x8000.
@@ -106,7 +106,7 @@ struct ConveyorScaling {
   /// Belt speed at 32768 counts [m/s]. The default makes one count 1e-5 m/s, the calibration the
   /// APRS conveyor panel starts with; the belt's own limit may be lower.
   double full_scale_m_s = 0.32768;
-  /// What a 1 in the direction register means. APRS' Java panel: forward; its C++ clients: reverse.
+  /// Meaning of 1 in the direction register. APRS' Java panel: forward; its C++ clients: reverse.
   bool one_is_forward = true;
 
   [[nodiscard]] double m_s_per_count() const { return full_scale_m_s / kSpeedFullScaleCounts; }
@@ -118,13 +118,13 @@ struct ConveyorScaling {
 /// The documented register that covers an address, or null: unused PLC memory or no address at all.
 [[nodiscard]] const RegisterInfo* find_register(Area area, std::uint16_t address);
 
-/// True when all of [address, address + count) lies in the mapped range.
+/// Whether all of [address, address + count) is in the mapped range.
 [[nodiscard]] constexpr bool is_mapped(std::uint16_t address, std::uint16_t count) {
   return address >= kFirstAddress &&
          std::uint32_t{address} + count <= std::uint32_t{kFirstAddress} + kAddressCount;
 }
 
-/// What is wrong with a scaling, in one sentence; nothing when it is usable.
+/// The fault of a scaling in one sentence; empty for a valid one.
 [[nodiscard]] std::optional<std::string> check(const ConveyorScaling& scaling);
 
 /// Value of one count in the register's unit; 0 when counts are plain numbers.

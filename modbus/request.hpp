@@ -8,16 +8,16 @@
 
 #include "modbus/register_map.hpp"
 
-/// One Modbus request, understood and checked against the protocol's limits and the device's range.
+/// One Modbus request, parsed and checked against the limits of protocol and device.
 /// Source: MODBUS Application Protocol Specification V1.1b3, sections 6 and 7.
 namespace aprsim::modbus {
 
 enum class ExceptionCode : std::uint8_t {
   kIllegalFunction = 1,      ///< not a function of this device
-  kIllegalDataAddress = 2,   ///< part of the range is no address of this device
+  kIllegalDataAddress = 2,   ///< part of the range is outside the device's addresses
   kIllegalDataValue = 3,     ///< quantity, byte count, length or value
-  kServerDeviceFailure = 4,  ///< the request was right, the device could not perform it
-  kServerDeviceBusy = 6,     ///< not taken; the same request may succeed later
+  kServerDeviceFailure = 4,  ///< the request is valid, but the device could not execute it
+  kServerDeviceBusy = 6,     ///< not accepted; the same request may succeed later
   kNoSuchUnit = 11,          ///< gateway target device failed to respond: another unit's id
 };
 
@@ -44,13 +44,13 @@ inline constexpr std::uint16_t kMaxWriteBits = 1968;
 inline constexpr std::uint16_t kMaxWriteRegisters = 123;
 inline constexpr std::uint16_t kMaxReadWriteRegisters = 121;  ///< written by FC 23
 
-/// A request that may be executed as it stands. Refers to the bytes it was parsed from.
+/// A valid request. Refers to the bytes that it was parsed from.
 struct Request {
   Function function = Function::kReadCoils;
   std::uint16_t address = 0;           ///< first address read, or written by a write
   std::uint16_t quantity = 0;          ///< 1 for the single writes
   std::span<const std::uint8_t> data;  ///< values of a write, as on the wire; else empty
-  std::uint16_t read_address = 0;      ///< FC 23: what is read once the write is done
+  std::uint16_t read_address = 0;      ///< FC 23: first address read after the write
   std::uint16_t read_quantity = 0;     ///< FC 23
 
   [[nodiscard]] bool is_write() const { return !data.empty(); }
@@ -71,7 +71,7 @@ struct Request {
 
 /// Parses a PDU (function code and what follows; never empty) and checks, in the order of the
 /// specification's state diagrams: function (exception 1), quantity, byte count and length (3),
-/// address range (2). Values of particular registers are the device's business.
+/// address range (2). The device checks the values of its registers.
 [[nodiscard]] Checked<Request> parse_request(std::span<const std::uint8_t> pdu);
 
 /// Whether a function code is one of those above that write.

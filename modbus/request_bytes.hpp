@@ -5,7 +5,7 @@
 #include <initializer_list>
 #include <vector>
 
-/// Requests as bytes, right or wrong.
+/// Requests as bytes, valid or not.
 namespace aprsim::modbus::conformance {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -39,7 +39,7 @@ inline Bytes pdu(std::uint8_t function, std::initializer_list<std::uint16_t> wor
   return bytes;
 }
 
-/// FC 15 or 16 with a byte count and data of its own.
+/// FC 15 or 16 with any byte count and data.
 inline Bytes write_many(std::uint8_t function, std::uint16_t address, std::uint16_t quantity,
                         std::uint8_t byte_count, const Bytes& data) {
   Bytes bytes = pdu(function, {address, quantity});

@@ -22,7 +22,7 @@ std::optional<ExceptionCode> forbidden(std::span<const std::uint8_t> adu,
   return std::nullopt;
 }
 
-/// Of a complete frame: what it asks for, or why it is refused.
+/// Validates a complete frame.
 void judge(ValidatedRequest& validated, const RequestRules& rules) {
   const auto refuse = [&validated](ExceptionCode code) {
     validated.verdict = Verdict::kRefused;

@@ -9,8 +9,8 @@
 #include "modbus/device_identification.hpp"
 #include "modbus/request.hpp"
 
-/// The way in from a byte stream: frames Modbus/TCP, judges every request, and refuses what must be
-/// refused. Nothing reaches the device but complete requests that are right in themselves.
+/// Frames a byte stream by Modbus/TCP, validates every request and refuses invalid ones. Only
+/// complete, valid requests reach the device.
 /// Source: MODBUS Messaging on TCP/IP Implementation Guide V1.0b, sections 3.1.3 and 4.4.2.
 namespace aprsim::modbus {
 
@@ -33,26 +33,26 @@ enum class Verdict : std::uint8_t {
   kRequest,         ///< `request` may be executed
   kIdentification,  ///< send identification_reply(adu, identification)
   kRefused,         ///< send exception_reply(adu, exception)
-  kIgnored,         ///< complete, but not Modbus (protocol id is not 0): skip it without an answer
+  kIgnored,         ///< complete, but not Modbus (protocol id is not 0): skip it without a reply
   kBroken,          ///< the length is impossible, so the stream cannot be framed: close it
 };
 
-/// What an installation restricts.
+/// Restrictions of an installation.
 struct RequestRules {
-  bool read_only = false;  ///< functions that write: exception 1, whatever else is wrong with them
+  bool read_only = false;                       ///< functions that write get exception 1
   std::span<const std::uint8_t> unit_ids = {};  ///< others get exception 11; empty = any unit id
 };
 
 struct ValidatedRequest {
   Verdict verdict = Verdict::kIncomplete;
-  std::span<const std::uint8_t> adu;  ///< the bytes used up of the stream; empty if none were
+  std::span<const std::uint8_t> adu;  ///< the consumed bytes of the stream; empty if none
   Request request;                    ///< refers to `adu`
   IdentificationRequest identification;
   ExceptionCode exception = ExceptionCode::kIllegalFunction;
   std::string_view reason;  ///< of kIgnored and kBroken
 };
 
-/// Judges what a stream begins with. Pure: depends on the bytes and rules alone.
+/// Validates the beginning of a stream. Pure: depends only on the bytes and rules.
 [[nodiscard]] ValidatedRequest validate_request(std::span<const std::uint8_t> stream,
                                                 const RequestRules& rules = {});
 

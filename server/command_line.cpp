@@ -13,6 +13,7 @@
 
 #include "server/access/token.hpp"
 #include "server/config/version.hpp"
+#include "server/operations/usage_error.hpp"
 #include "world/cell/kept_asserts.hpp"
 #include "world/scene/data_paths.hpp"
 
@@ -35,7 +36,7 @@ std::string version_text() {
                      kept.empty() ? "none" : fmt::format("{}", fmt::join(kept, ", ")));
 }
 
-/// Everything that may stand on the command line, as it stands there.
+/// The arguments as they were given.
 struct Arguments {
   std::string config_file, scene, speed, seed, time, token_file, journal, from, to;
   std::vector<std::string> assignments, pacers;
@@ -43,98 +44,108 @@ struct Arguments {
   bool any_port = false;
   bool no_web = false;
   bool insecure_control = false;
-  Invocation invocation;  // parts that need no reading
+  bool allow_foreign_states = false;
+  Invocation invocation;  // arguments that need no conversion
 };
 
-// Help lists the options in the order in which they are added.
+// The help lists options in the order in which they are added.
 
 void add_cell_options(CLI::App& app, Arguments& given) {
   app.add_option("--config", given.config_file, "Configuration file (YAML)");
-  app.add_option("--scene", given.scene, "Scene: a name (" + scene_list() + ") or a file");
-  app.add_option("--seed", given.seed, "Seed of everything random");
-  app.add_option("--speed", given.speed,
-                 "Ratio of simulated to real time, max = as fast as possible, stepped = paused "
-                 "until a client steps");
-  app.add_option("--time", given.time,
-                 "real, or virtual: simulated time passes as CRCL clients poll their status");
+  app.add_option("--scene", given.scene, "Scene: one of " + scene_list() + ", or a file");
+  app.add_option("--seed", given.seed, "Random seed, in place of the scene's");
+  app.add_option(
+      "--speed", given.speed,
+      "Ratio of simulated to real time; max = as fast as possible; stepped = paused until "
+      "a client steps");
+  app.add_option(
+      "--time", given.time,
+      "Time mode: real, or virtual, where the status polls of CRCL clients advance time");
   app.add_option("--poll-period", given.poll_period_s,
-                 "Simulated time that a poll takes in virtual time, as in 25ms")
+                 "Simulated time of one poll in virtual time, as in 25ms")
       ->transform(CLI::AsNumberWithUnit(std::map<std::string, double>{{"ms", 1e-3}, {"s", 1}},
                                         CLI::AsNumberWithUnit::UNIT_REQUIRED, "TIME"));
-  app.add_option("--pacers", given.pacers,
-                 "Who paces virtual time, as in crcl.fanuc,crcl.motoman,modbus: it begins when all "
-                 "are there and waits for each")
+  app.add_option(
+         "--pacers", given.pacers,
+         "Clients that pace virtual time, as in crcl.fanuc,crcl.motoman,modbus; time begins "
+         "when all are connected and waits for each")
       ->delimiter(',');
 }
 
 void add_daemon_options(CLI::App& app, Arguments& given) {
-  app.add_option("--set", given.assignments,
-                 "Set one configuration key, as in --set modbus.port=502")
+  app.add_option("--set", given.assignments, "Set a configuration key, as in --set modbus.port=502")
       ->type_name("KEY=VALUE")
       ->take_all();
-  app.add_flag("--any-port", given.any_port, "Let the system pick every port");
+  app.add_flag("--any-port", given.any_port, "Use free ports that the system chooses");
   app.add_option("--token-file", given.token_file,
-                 "File whose first line is the access token (default: the variable APRSIM_TOKEN)");
+                 "Read the access token from the first line of this file (default: the variable "
+                 "APRSIM_TOKEN)");
   app.add_flag(
       "--insecure-control", given.insecure_control,
-      "Let who has no credentials do everything over gRPC and on the page, also from other "
-      "machines");
+      "Allow all commands over gRPC and on the page without credentials, also from other machines");
+  app.add_flag("--allow-foreign-states", given.allow_foreign_states,
+               "Load saved states from other users and machines, too");
   app.add_option("--ports-file", given.invocation.ports_file,
-                 "Write the ports as JSON to this file once everything listens");
+                 "Write the ports as JSON to this file once all listeners are open");
+  app.add_flag(
+      "--exit-on-stdin-eof", given.invocation.exit_on_stdin_eof,
+      "Stop when standard input ends, as the pipe of a starting program does when it dies");
   app.add_option("--journal", given.journal,
                  "Record the run in this file, or in files in this directory");
 }
 
 void add_replay_options(CLI::App& app, Arguments& given) {
-  app.add_option("--replay", given.invocation.replay,
-                 "Run a recorded run again, compare it step by step, then leave; a run's files in "
-                 "their order, or the first, or their directory")
+  app.add_option(
+         "--replay", given.invocation.replay,
+         "Replay a recorded run, compare it step by step and exit; give its files in order, "
+         "the first file, or their directory")
       ->type_name("FILE|DIR ...");
-  app.add_option("--from", given.from, "Of a replay: begin at the last checkpoint before this time")
+  app.add_option("--from", given.from, "Replay from the last checkpoint before this time")
       ->type_name("[EPOCH:]SECONDS")
       ->needs("--replay");
-  app.add_option("--to", given.to, "Of a replay: end at this time")
+  app.add_option("--to", given.to, "Replay up to this time")
       ->type_name("[EPOCH:]SECONDS")
       ->needs("--replay");
   app.add_flag("--serve", given.invocation.serve_replay,
-               "Of a replay: let browsers and gRPC clients watch it at --speed (default 1)")
+               "Show the replay to browsers and gRPC clients at --speed (default 1)")
       ->needs("--replay");
-  app.add_flag("--json", given.invocation.json, "Of a replay: what it has found as a JSON object")
+  app.add_flag("--json", given.invocation.json, "Print the result of the replay as a JSON object")
       ->needs("--replay");
 }
 
 void add_motion_options(CLI::App& app, Arguments& given) {
   CLI::Option* motion =
       app.add_option("--motion", given.invocation.motion.file,
-                     "Of a replay: also write how everything moves into this file, for exports")
+                     "Write the motion of all bodies during the replay to this file, for exports")
           ->type_name("FILE")
           ->needs("--replay")
           ->excludes("--serve");
   app.add_option("--motion-rate", given.invocation.motion.rate_hz,
-                 "Pictures of it a second of simulated time (default 50)")
+                 "Motion samples per simulated second (default 50)")
       ->type_name("HZ")
       ->check(CLI::Range(0.01, 1000.0))
       ->needs(motion);
-  app.add_option("--motion-from", given.invocation.motion.from_s, "From this simulated time on")
+  app.add_option("--motion-from", given.invocation.motion.from_s,
+                 "Write motion from this simulated time on")
       ->type_name("SECONDS")
       ->check(CLI::NonNegativeNumber)
       ->needs(motion);
-  app.add_option("--motion-to", given.invocation.motion.to_s, "Until this simulated time")
+  app.add_option("--motion-to", given.invocation.motion.to_s,
+                 "Write motion up to this simulated time")
       ->type_name("SECONDS")
       ->check(CLI::NonNegativeNumber)
       ->needs(motion);
 }
 
 void add_modes(CLI::App& app, Arguments& given) {
-  app.add_flag(
-      "--demo", given.invocation.demo,
-      "Also start the kitting controller, which fills kits and empties them again, for ever");
-  app.add_flag("--check", given.invocation.check_only, "Check configuration and scene, then leave");
+  app.add_flag("--demo", given.invocation.demo,
+               "Start the kitting controller, which fills and empties kits until it is stopped");
+  app.add_flag("--check", given.invocation.check_only, "Check configuration and scene, then exit");
   app.add_flag("--print-config", given.invocation.print_config,
-               "Print the effective configuration, then leave");
+               "Print the effective configuration, then exit");
   app.add_flag("--list-keys", given.invocation.list_keys,
-               "List every configuration key: its value, meaning and what it accepts; then leave");
-  app.add_flag("--no-web", given.no_web, "Do not serve the web view");
+               "List every configuration key with value, meaning and accepted values, then exit");
+  app.add_flag("--no-web", given.no_web, "Disable the web page");
 }
 
 Result<Overrides> overrides_of(const Arguments& given) {
@@ -154,6 +165,7 @@ Result<Overrides> overrides_of(const Arguments& given) {
   add("seed", given.seed);
   add("speed", given.speed);
   add("access.insecure_control", given.insecure_control ? "true" : "");
+  add("access.allow_foreign_states", given.allow_foreign_states ? "true" : "");
   add("time.mode", given.time);
   add("time.poll_period_ms",
       given.poll_period_s ? fmt::format("{:g}", 1e3 * *given.poll_period_s) : "");
@@ -162,14 +174,14 @@ Result<Overrides> overrides_of(const Arguments& given) {
   return overrides;
 }
 
-/// Everybody on this machine can read a command line.
+/// Every user of this machine can read a command line.
 Result<void> check_token_is_secret(const Arguments& given, const Config& config) {
   if (config.web.token.empty()) return {};
   const auto file = load_config(given.config_file, {});
   if (file && file->web.token == config.web.token) return {};
   return fail(ErrorCode::kInvalidArgument, "web.token",
-              "web.token: not on the command line, which others can read; use --token-file, a "
-              "configuration file or the variable APRSIM_TOKEN");
+              "web.token: not allowed on the command line, which other users can read; use "
+              "--token-file, a configuration file or the variable APRSIM_TOKEN");
 }
 
 Result<void> read_replay_part(const Arguments& given, journal::ReplayPart& part) {
@@ -183,7 +195,7 @@ Result<void> read_replay_part(const Arguments& given, journal::ReplayPart& part)
   return {};
 }
 
-/// Arguments that have the last word over the configuration.
+/// Applies arguments that override the configuration file and --set.
 Result<void> set_last(const Arguments& given, const Invocation& invocation, Config& config) {
   if (!given.journal.empty()) config.journal.place = given.journal;
   if (!given.token_file.empty()) config.web.token_file = given.token_file;
@@ -203,8 +215,7 @@ Result<Invocation> invocation_of(const Arguments& given) {
   if (auto ok = check_token_is_secret(given, *config); !ok) return tl::unexpected(ok.error());
   Invocation invocation = given.invocation;
   if (invocation.demo && config->time.clients_pace) {
-    return fail(ErrorCode::kInvalidArgument, "demo",
-                "--demo: not in virtual time, which whoever polls would pass");
+    return fail(ErrorCode::kInvalidArgument, "demo", "--demo: not possible in virtual time");
   }
   if (auto ok = read_replay_part(given, invocation.replay_part); !ok) {
     return tl::unexpected(ok.error());
@@ -222,8 +233,8 @@ Result<Invocation> invocation_of(const Arguments& given) {
 
 std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_code) {
   CLI::App app{
-      "aprsimd: a stand-in for the APRS kitting cell. Serves CRCL for each robot, Modbus/TCP for "
-      "the conveyor, gRPC for telemetry and control, and a web page that shows it all.",
+      "aprsimd: simulates the APRS kitting cell. It serves CRCL for each robot, Modbus/TCP for the "
+      "conveyor, gRPC for telemetry and control, and a web page.",
       "aprsimd"};
   Arguments given;
   add_cell_options(app, given);
@@ -232,12 +243,18 @@ std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_co
   add_motion_options(app, given);
   add_modes(app, given);
   app.set_version_flag("--version", version_text());
-  app.footer("\naprsimd token --help: who may what over gRPC and on the page.");
+  app.footer("\nSee also: aprsimd token --help (access tokens for gRPC and the page)");
   exit_code = 0;
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    exit_code = app.exit(error) == 0 ? 0 : 2;
+    // CLI11 reports help and version as errors of code 0.
+    if (error.get_exit_code() == 0) {
+      app.exit(error);
+    } else {
+      std::cerr << "aprsimd: " << usage_error(app, error);
+      exit_code = 2;
+    }
     return std::nullopt;
   }
   auto invocation = invocation_of(given);

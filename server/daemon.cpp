@@ -20,12 +20,14 @@
 #include "protocols/vision/vision_server.hpp"
 #include "protocols/web/web_server.hpp"
 #include "server/access/security_context.hpp"
+#include "server/config/memory_shares.hpp"
 #include "server/config/version.hpp"
 #include "server/journal/journal.hpp"
 #include "server/journal/run_header.hpp"
 #include "server/journal/state_files.hpp"
 #include "server/listeners/server_options.hpp"
 #include "server/operations/cell_log.hpp"
+#include "server/operations/memory_guard.hpp"
 #include "server/operations/metrics.hpp"
 #include "server/operations/process.hpp"
 #include "server/operations/rejection_bookmarks.hpp"
@@ -39,19 +41,24 @@ namespace aprsim::server {
 namespace {
 
 constexpr std::chrono::milliseconds kCellLogPeriod{200};
-constexpr std::size_t kModbusTapBytes = std::size_t{4} << 20;
 
-/// Null where none is wanted; throws std::runtime_error when it cannot be begun.
-std::unique_ptr<journal::Journal> make_journal(const Config& config, const scene::Scene& scene) {
-  if (!config.journal.place && config.journal.memory_mb == 0) return nullptr;
-  const std::string place = config.journal.place.value_or("");
+/// Throws std::runtime_error where there is no directory for the journal's files.
+void check_journal_place(const Config& config) {
+  if (!config.journal.place) return;
+  const std::string& place = *config.journal.place;
   std::error_code none;
   const std::filesystem::path parent = std::filesystem::absolute(place, none).parent_path();
-  if (!place.empty() && !std::filesystem::is_directory(place, none) &&
-      !std::filesystem::is_directory(parent, none)) {
+  if (!std::filesystem::is_directory(place, none) && !std::filesystem::is_directory(parent, none)) {
     throw std::runtime_error("journal.place: " + place + ": there is no directory " +
                              parent.string());
   }
+}
+
+/// Null where nothing is recorded; throws std::runtime_error when recording cannot begin.
+std::unique_ptr<journal::Journal> make_journal(const Config& config, const MemoryShares& shares,
+                                               const scene::Scene& scene) {
+  if (!config.journal.place && shares.journal_ring == 0) return nullptr;
+  check_journal_place(config);
   auto header = journal::header_of(scene);
   if (!header) throw std::runtime_error(header.error().message);
   header->set_version(kVersion);
@@ -69,30 +76,37 @@ std::unique_ptr<journal::Journal> make_journal(const Config& config, const scene
     add(kFirstCrclEndpoint + static_cast<api::EndpointId>(i), "crcl." + scene.robots[i].name);
   }
   journal::JournalOptions options;
-  options.place = place;
+  options.place = config.journal.place.value_or("");
   options.max_file_bytes = std::uint64_t{config.journal.max_file_mb} << 20U;
   options.memory_span = std::chrono::minutes(config.journal.memory_minutes);
-  options.max_memory_bytes = std::size_t{config.journal.memory_mb} << 20U;
+  options.max_memory_bytes = shares.journal_ring;
+  options.max_queue_bytes = shares.journal_queue;
+  options.max_waiting_bytes = shares.journal_files;
   options.header = std::move(*header);
-  return std::make_unique<journal::Journal>(std::move(options));
+  auto journal = std::make_unique<journal::Journal>(std::move(options));
+  if (const auto& claimed = journal->claimed(); !claimed) {
+    throw std::runtime_error("journal.place: " + claimed.error().message);
+  }
+  return journal;
 }
 
-/// Null where no past is to be kept.
+/// Null where no past is kept.
 std::unique_ptr<world::HistoryRecords> make_records(const HistoryConfig& config,
+                                                    const MemoryShares& shares,
                                                     const scene::Scene& scene) {
   if (config.minutes == 0) return nullptr;
   world::HistoryLimits limits;
   limits.steps = static_cast<std::uint64_t>(60.0 * config.minutes / scene.physics.step_s);
-  limits.bytes = std::uint64_t{config.max_mb} << 20U;
+  limits.bytes = shares.history;
   return std::make_unique<world::HistoryRecords>(limits);
 }
 
-world::SimulationOptions simulation_options(const Config& config, const scene::Scene& scene,
-                                            world::Recorder* recorder) {
+world::SimulationOptions simulation_options(const Config& config, const MemoryShares& shares,
+                                            const scene::Scene& scene, world::Recorder* recorder) {
   world::SimulationOptions options;
   options.recorder = recorder;
   options.seed = config.seed.value_or(scene.seed);
-  options.max_saved_bytes = std::uint64_t{config.saved_states_mb} << 20U;
+  options.max_saved_bytes = shares.saved_states;
   options.paused = config.speed.mode == Speed::Mode::kStepped;
   if (config.speed.mode == Speed::Mode::kFactor) {
     options.speed = config.speed.factor;
@@ -107,7 +121,14 @@ world::SimulationOptions simulation_options(const Config& config, const scene::S
   return options;
 }
 
-/// Says which interface it was, and what to try.
+/// Throws std::runtime_error where memory.max_mb is too small.
+MemoryShares shares_of(const Config& config) {
+  const auto shares = memory_shares(config);
+  if (!shares) throw std::runtime_error(shares.error().message);
+  return *shares;
+}
+
+/// Adds the listener's name and a way out.
 tl::unexpected<Error> not_listening(const std::string& name, const std::string& key, Error error) {
   error.field = key;
   error.message = name + ": " + error.message + " (another port: --set " + key +
@@ -117,19 +138,21 @@ tl::unexpected<Error> not_listening(const std::string& name, const std::string& 
 
 }  // namespace
 
-/// Listeners are declared after the simulation that they refer to, so they end before it.
+/// Listeners are declared after the simulation, to which they refer, so they are destroyed first.
 class Daemon::Impl {
  public:
   Impl(const Config& config, std::shared_ptr<const scene::Scene> scene, bool demo)
-      : journal_(make_journal(config, *scene)),
-        records_(make_records(config.history, *scene)),
+      : shares_(shares_of(config)),
+        journal_(make_journal(config, shares_, *scene)),
+        records_(make_records(config.history, shares_, *scene)),
         bookmark_generator_(bookmarks_),
         recorders_({journal_.get(), records_.get(), records_ ? &bookmark_generator_ : nullptr}),
-        simulation_(scene, simulation_options(config, *scene, &recorders_)),
+        simulation_(scene, simulation_options(config, shares_, *scene, &recorders_)),
         history_(records_ ? std::make_unique<world::TimeMachine>(scene, *records_, bookmarks_,
-                                                                 &simulation_)
+                                                                 &simulation_, shares_.past_states)
                           : nullptr),
-        state_files_([this] { return simulation_.scene(); }, kVersion),
+        state_files_([this] { return simulation_.scene(); }, kVersion,
+                     config.access.allow_foreign_states),
         security_(config, simulation_),
         robots_(make_robots(config, *scene)),
         modbus_(with_tap(modbus_options(context(config)), config, modbus_tap_), simulation_,
@@ -177,11 +200,15 @@ class Daemon::Impl {
   [[nodiscard]] bool makes_progress() const { return simulation_.makes_progress(); }
   [[nodiscard]] std::string problem() const { return simulation_.problem(); }
 
-  /// Listeners end side by side, since each may wait a while for its slowest client; the page's
-  /// first, which counts the others' connections.
+  void finish_journal() {
+    if (journal_) journal_->finish();
+  }
+
+  /// Listeners stop in parallel, since each may wait for its slowest client; the page stops first,
+  /// since it counts the others' connections.
   void stop() {
     programs_.close();
-    // Listeners have no answer from it to wait for then.
+    // So that no listener waits for an answer from it.
     if (history_) history_->stop();
     if (web_) web_->stop();
     {
@@ -194,6 +221,7 @@ class Daemon::Impl {
       ending.emplace_back([this] { telemetry_.stop(); });
     }
     simulation_.stop();
+    finish_journal();
     programs_.end();
     if (cell_log_.joinable()) {
       cell_log_.request_stop();
@@ -208,14 +236,20 @@ class Daemon::Impl {
     std::unique_ptr<vision_server::VisionServer> vision;
   };
 
-  /// Logs events of the cell: the simulation's own thread never writes there.
+  /// Logs events of the cell, since the simulation's own thread never writes there, and keeps the
+  /// limit of memory.
   void log_cell(const std::stop_token& stop) {
     CellLog cell_log;
     std::mutex mutex;
     std::condition_variable_any condition;
     std::unique_lock lock(mutex);
+    MemoryGuard memory(shares_.total, [this] {
+      if (records_) records_->drop_older_half();
+      if (journal_) journal_->drop_older_half();
+    });
     while (true) {
       const bool ended = stop.stop_requested();
+      memory.check(MemoryGuard::Clock::now());
       for (const CellLogLine& line : cell_log.detect(*simulation_.latest())) {
         spdlog::log(line.error ? spdlog::level::err : spdlog::level::warn, "cell: {}", line.text);
       }
@@ -224,7 +258,7 @@ class Daemon::Impl {
     }
   }
 
-  /// Rejections are recorded where a past or a journal is kept.
+  /// Null where neither a past nor a journal is kept.
   [[nodiscard]] protocols::RefusalSink* refusals() {
     return records_ || journal_ ? &rejection_bookmarks_ : nullptr;
   }
@@ -262,6 +296,8 @@ class Daemon::Impl {
   [[nodiscard]] grpc_server::TelemetryOptions grpc_options(const Config& config) {
     grpc_server::TelemetryOptions options = telemetry_options(context(config));
     options.incidents = journal_.get();
+    options.max_memory_bytes = shares_.grpc;
+    options.max_backlogs_bytes = shares_.backlogs;
     options.feed = &simulation_.feed();
     options.events = &simulation_.events();
     options.history = history_.get();
@@ -296,6 +332,7 @@ class Daemon::Impl {
     sources.step_times = simulation_.step_times().counts();
     sources.solver = simulation_.solver_work();
     sources.waiting_commands = simulation_.waiting_commands();
+    sources.memory = memory();
     for (const auto& [name, crcl, vision] : robots_) {
       sources.crcl.emplace_back(name, crcl->stats());
       sources.vision.emplace_back(name, vision->stats());
@@ -313,7 +350,17 @@ class Daemon::Impl {
     return sources;
   }
 
-  /// Thread: the web server's; the ports stand before it starts.
+  [[nodiscard]] MemoryUse memory() const {
+    MemoryUse use{.shares = shares_};
+    if (journal_) use.journal_ring = journal_->stats().memory_bytes;
+    if (records_) use.history = records_->bytes();
+    const auto saved = simulation_.latest()->saved_states;
+    use.saved_states = saved ? saved->bytes : 0;
+    use.events = simulation_.events().memory();
+    return use;
+  }
+
+  /// Thread: the web server's; the ports are set before it starts.
   [[nodiscard]] std::vector<web::ListenerCount> listeners() const {
     std::vector<web::ListenerCount> all;
     const auto add = [&](const std::string& name, std::uint64_t open) {
@@ -330,6 +377,7 @@ class Daemon::Impl {
     return all;
   }
 
+  const MemoryShares shares_;
   std::unique_ptr<journal::Journal> journal_;       // null = the run is not recorded
   std::unique_ptr<world::HistoryRecords> records_;  // null = no past is kept
   world::Bookmarks bookmarks_;
@@ -340,8 +388,9 @@ class Daemon::Impl {
   RejectionBookmarks rejection_bookmarks_{bookmarks_, journal_.get(), simulation_};
   journal::SceneStateFiles state_files_;
   SecurityContext security_;
-  // Only the page shows what they keep; the audit writes it down.
-  protocols::WireTap crcl_tap_{simulation_}, modbus_tap_{simulation_, kModbusTapBytes};
+  // The page shows their events; the audit records them.
+  protocols::WireTap crcl_tap_{simulation_, shares_.crcl_tap};
+  protocols::WireTap modbus_tap_{simulation_, shares_.modbus_tap};
   std::vector<Robot> robots_;  // telemetry refers to their ports
   modbus_server::ModbusServer modbus_;
   grpc_server::TelemetryServer telemetry_;
@@ -351,11 +400,20 @@ class Daemon::Impl {
   std::jthread cell_log_;
 };
 
+void Daemon::check(Config config, std::shared_ptr<const scene::Scene> scene) {
+  check_journal_place(config);
+  // Nothing is recorded, so an earlier run's file stays as it is.
+  config.journal.place.reset();
+  config.access.audit_file.reset();
+  const Impl probe(config, std::move(scene), false);
+}
+
 Daemon::Daemon(const Config& config, std::shared_ptr<const scene::Scene> scene, bool demo)
     : impl_(std::make_unique<Impl>(config, std::move(scene), demo)) {}
 Daemon::~Daemon() = default;
 Result<Ports> Daemon::start() { return impl_->start(); }
 void Daemon::stop() { impl_->stop(); }
+void Daemon::finish_journal() { impl_->finish_journal(); }
 void Daemon::reload() { impl_->reload(); }
 bool Daemon::makes_progress() const { return impl_->makes_progress(); }
 std::string Daemon::problem() const { return impl_->problem(); }
@@ -364,10 +422,10 @@ std::uint64_t needed_files(const Config& config, std::size_t robots) {
   const std::uint64_t connections =
       (config.crcl.max_connections + config.vision.max_connections) * robots +
       config.modbus.max_connections +
-      // Each has a socket pair besides.
+      // Each has a socket pair in addition.
       std::uint64_t{2} * config.grpc.max_connections +
       (config.web.enabled ? config.web.max_connections : 0);
-  // Twice what the listeners may take: running out of descriptors must never come from clients.
+  // Twice the limits, so that clients can never exhaust the descriptors.
   return 2 * connections + web::kMaxRejected + 64;
 }
 

@@ -10,31 +10,36 @@
 
 namespace aprsim::server {
 
-/// The running product: one simulation and every listener on it. The only place that names them
-/// all.
+/// The daemon: one simulation with all its listeners.
 class Daemon {
  public:
   /// Builds the world. `demo`: start() also starts the kitting controller. Throws
-  /// std::runtime_error naming the cause when the scene cannot be built.
+  /// std::runtime_error with the cause when the scene cannot be built or the run not be recorded.
   Daemon(const Config& config, std::shared_ptr<const scene::Scene> scene, bool demo = false);
   ~Daemon();
   Daemon(const Daemon&) = delete;
   Daemon& operator=(const Daemon&) = delete;
 
-  /// Opens every listener, then sets the simulation going. On failure what was opened is closed by
-  /// the destructor. Errors name the listener, address and port.
+  /// Builds everything as the constructor does, but writes no file. Throws as it does.
+  static void check(Config config, std::shared_ptr<const scene::Scene> scene);
+
+  /// Opens all listeners, then starts the simulation. After an error the destructor closes what is
+  /// open. Errors name listener, address and port.
   [[nodiscard]] Result<Ports> start();
 
-  /// Stops accepting, lets replies go out, stops the simulation; well under two seconds.
+  /// Stops accepting, lets replies go out, stops the simulation and finishes the journal; well
+  /// under two seconds.
   void stop();
+  /// Finishes the journal alone, where stop() takes too long. Thread: any.
+  void finish_journal();
 
-  /// Reads tokens and certificates again, and begins the audit's file anew. What cannot be read is
-  /// told in the log and stays as it was.
+  /// Reads tokens and certificates again and reopens the audit file. A file that cannot be read is
+  /// logged, and its earlier content stays in force.
   void reload();
 
-  /// Whether the simulation's thread goes on, be the cell paused or in a fault.
+  /// Whether the simulation thread makes progress, also while paused or in a fault.
   [[nodiscard]] bool makes_progress() const;
-  /// Reason why the simulation does not run as it is told to; empty = none.
+  /// Reason why the simulation does not run at the requested pace; empty = none.
   [[nodiscard]] std::string problem() const;
 
  private:
@@ -42,7 +47,7 @@ class Daemon {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Open files that the configured connection limits may need at once, with room to spare.
+/// Maximum of open files under the configured connection limits, with a reserve.
 [[nodiscard]] std::uint64_t needed_files(const Config& config, std::size_t robots);
 
 }  // namespace aprsim::server

@@ -12,6 +12,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "proto/journal/journal_place.hpp"
 #include "server/access/exposure.hpp"
 #include "server/access/token_command.hpp"
 #include "server/command_line.hpp"
@@ -23,20 +24,29 @@
 #include "server/operations/ports_file.hpp"
 #include "server/operations/process.hpp"
 #include "server/operations/service_manager.hpp"
+#include "server/operations/stop_deadline.hpp"
 #include "server/replay/motion_file.hpp"
 #include "server/replay/replay_daemon.hpp"
 #include "server/replay/replay_files.hpp"
 #include "server/replay/replay_pace.hpp"
+#include "world/base/files/draft_file.hpp"
+#include "world/base/process/input_end.hpp"
 #include "world/scene/scene_loader.hpp"
 
 namespace aprsim::server {
 namespace {
 
-/// One clear line on standard error; exit code 1.
+/// Prints an error; returns exit code 1.
 int refuse(const std::string& message) {
-  // In one piece: the log's thread writes there too.
+  // In one write, since the log's thread writes there too.
   std::cerr << "aprsimd: " + message + "\n" << std::flush;
   return EXIT_FAILURE;
+}
+
+/// Returns the exit code, but 1 instead of 0 where standard output could not be written.
+int check_output(int exit_code) {
+  if (std::cout.flush() || exit_code != EXIT_SUCCESS) return exit_code;
+  return refuse("cannot write the output");
 }
 
 void announce(const Ports& ports, const Config& config) {
@@ -44,13 +54,15 @@ void announce(const Ports& ports, const Config& config) {
   for (const std::string& line : exposures(config, ports)) spdlog::warn("{}", line);
   if (const auto web = ports.find("web"); web != ports.end()) {
     const auto outside = outside_addresses(config.web.address);
-    const std::string& host = outside.empty() ? config.web.address : outside.front();
-    spdlog::info("see it: {}://{}/", config.tls.certificate ? "https" : "http",
+    // Browsers accept either name; the numeric one needs no resolver.
+    std::string host = outside.empty() ? config.web.address : outside.front();
+    if (host == "localhost") host = "127.0.0.1";
+    spdlog::info("web page: {}://{}/", config.tls.certificate ? "https" : "http",
                  host_and_port(host, web->second));
   }
 }
 
-/// A misspelt name would silently leave a robot at its defaults.
+/// With a misspelt name the robot would silently keep its defaults.
 void warn_of_unknown_robots(const Config& config, const scene::Scene& scene) {
   for (const std::string& key : keys_of_unknown_robots(config, robots_of(scene))) {
     std::cerr << "aprsimd: warning: " << key << ": scene " << scene.name << " has no such robot"
@@ -58,10 +70,11 @@ void warn_of_unknown_robots(const Config& config, const scene::Scene& scene) {
   }
 }
 
-/// Until a signal comes. Exit code 0.
+/// Serves until a signal. Exit code 0.
 template <typename Served>
 int serve_until_signal(Served& daemon, const Invocation& invocation,
                        const std::function<bool()>& makes_progress) {
+  if (invocation.exit_on_stdin_eof) process::stop_when_input_ends();
   PortsFile ports_file;
   const auto ports = daemon.start();
   if (!ports) return refuse(ports.error().message);
@@ -73,7 +86,7 @@ int serve_until_signal(Served& daemon, const Invocation& invocation,
   }
   ServiceManager service_manager;
   service_manager.ready();
-  // The same signal means the end where a terminal closes.
+  // SIGHUP of a terminal that closes means the end.
   const bool reloads = !has_terminal();
   std::optional<int> signal;
   while (!(signal = wait_for_signal(service_manager.period())) || (reloads && *signal == SIGHUP)) {
@@ -83,6 +96,10 @@ int serve_until_signal(Served& daemon, const Invocation& invocation,
   service_manager.stopping();
   spdlog::info("signal {}: stopping", *signal);
   unblock_signals();
+  const StopDeadline deadline([&] {
+    ports_file.remove();
+    daemon.finish_journal();
+  });
   daemon.stop();
   spdlog::info("stopped");
   return EXIT_SUCCESS;
@@ -116,30 +133,47 @@ int serve_replay(const Invocation& invocation, const journal::RecordedRun& run,
     return refuse(ok.error().message);
   }
   const Logging logging(invocation.config.log_level);
-  spdlog::info("aprsimd {}: run {} of scene {} again", kVersion, run.header().run_id(),
+  spdlog::info("aprsimd {}: replays run {} of scene {}", kVersion, run.header().run_id(),
                run.header().scene());
   for (const std::string& caution : run.cautions()) spdlog::warn("replay: {}", caution);
   ReplayDaemon daemon(invocation.config, run, part, invocation.replay_speed);
   return serve_until_signal(daemon, invocation, [] { return true; });
 }
 
-/// Exit code 1 when the run differs, 2 when it cannot be run.
+/// Refuses to write over a journal of the run.
+Result<void> check_replay_outputs(const Invocation& invocation) {
+  std::vector<std::string> inputs, outputs;
+  for (const std::string& place : invocation.replay) {
+    inputs.push_back(place);
+    if (const auto files = aprsim::journal::files_of_run(place)) {
+      inputs.insert(inputs.end(), files->begin(), files->end());
+    }
+  }
+  for (const std::string& output : {invocation.motion.file, invocation.ports_file}) {
+    if (!output.empty()) outputs.push_back(output);
+  }
+  return files::check_outputs(inputs, outputs);
+}
+
+/// Exit code 1 when the replay differs, 2 when it fails.
 int replay(const Invocation& invocation) {
   const auto unreadable = [](const Error& error) {
     refuse(error.message);
     return 2;
   };
+  if (auto apart = check_replay_outputs(invocation); !apart) return unreadable(apart.error());
   const auto run = journal::RecordedRun::open(invocation.replay, kVersion);
   if (!run) return unreadable(run.error());
   journal::ReplayPart part = invocation.replay_part;
   part.scaling = recorded_scaling(run->header());
   if (invocation.serve_replay) return serve_replay(invocation, *run, part);
+  if (invocation.exit_on_stdin_eof) process::stop_when_input_ends();
   if (invocation.replay_speed) part.watch = journal::paced(*invocation.replay_speed);
   std::optional<MotionFile> motion;
   if (!invocation.motion.file.empty()) {
     motion.emplace(invocation.motion, run->header(), *run->scene());
     part.watch = [&motion, paced = part.watch](const world::World& world, world::RunTime time) {
-      motion->take(world, time);
+      motion->sample(world, time);
       return !paced || paced(world, time);
     };
   }
@@ -177,7 +211,7 @@ int start(int argc, char** argv) {
     return refuse(ok.error().message);
   }
   if (invocation->check_only) {
-    const Daemon probe(invocation->config, shared);
+    Daemon::check(invocation->config, shared);
     std::cout << "scene " << shared->name << ": " << shared->robots.size() << " robots, "
               << shared->trays.size() << " trays, " << shared->gears.size() << " gears; ok\n";
     return EXIT_SUCCESS;
@@ -188,8 +222,9 @@ int start(int argc, char** argv) {
 }  // namespace
 
 int run(int argc, char** argv) {
+  open_standard_descriptors();
   try {
-    return start(argc, argv);
+    return check_output(start(argc, argv));
   } catch (const std::exception& failure) {
     return refuse(failure.what());
   }

@@ -1,5 +1,7 @@
 #include "clients/aprsim/run.hpp"
 
+#include <cerrno>
+#include <cstring>
 #include <ostream>
 #include <utility>
 
@@ -7,12 +9,15 @@
 #include "clients/aprsim/cli/exit_code.hpp"
 #include "clients/aprsim/cli/interruption.hpp"
 #include "clients/aprsim/commands/command_line.hpp"
+#include "world/base/process/input_end.hpp"
+#include "world/base/utf8.hpp"
 
 namespace aprsim::client {
 namespace {
 
 int report(const Failure& failure, std::ostream& err, const Paint& paint) {
-  err << paint(Tone::kBad, "aprsim:") << ' ' << failure.message;
+  // The message may quote a peer or a file.
+  err << paint(Tone::kBad, "aprsim:") << ' ' << utf8::printable(failure.message, "\n\t");
   if (failure.kind == FailureKind::kUnauthenticated) {
     err << " (--token-file FILE, or the variable APRSIM_TOKEN)";
   }
@@ -20,7 +25,13 @@ int report(const Failure& failure, std::ostream& err, const Paint& paint) {
   return exit_code(failure.kind);
 }
 
-/// Whether the command has anything to do with a daemon that runs already.
+/// The failure of an output that could not be written; it must not pass for success.
+int report_output(int error, std::ostream& err, const Paint& paint) {
+  const std::string cause = error != 0 ? std::string(": ") + std::strerror(error) : "";
+  return report({FailureKind::kCheck, "cannot write the output" + cause}, err, paint);
+}
+
+/// Whether the command needs a running daemon.
 bool needs_cell(const AnyCommand& command) {
   if (const auto* run = std::get_if<ScenarioRunCommand>(&command)) return run->attach;
   if (const auto* crcl = std::get_if<ConformCrclCommand>(&command)) return crcl->address.empty();
@@ -51,17 +62,26 @@ int run(const std::vector<std::string>& arguments, std::ostream& out, std::ostre
         const Screen& screen) {
   const auto line = parse_command_line(arguments);
   if (!line) {
-    if (line.error().exit_code != 0) err << screen.err(Tone::kBad, "aprsim:") << ' ';
-    (line.error().exit_code == 0 ? out : err) << line.error().text;
-    return line.error().exit_code;
+    if (line.error().exit_code != 0) {
+      err << screen.err(Tone::kBad, "aprsim:") << ' ' << utf8::printable(line.error().text, "\n");
+      return line.error().exit_code;
+    }
+    errno = 0;
+    out << line.error().text << std::flush;
+    return out.good() ? 0 : report_output(errno, err, screen.err);
   }
+  if (line->exit_on_stdin_eof) process::stop_when_input_ends();
   auto endpoints = needs_cell(line->command) ? find_endpoints(line->endpoints) : Endpoints();
   if (!endpoints) return report(endpoints.error(), err, screen.err);
   Console console{std::move(*endpoints), ports_file_of(line->endpoints), out, line->json, screen};
   const auto done =
       std::visit([&](const auto& command) { return run_command(command, console); }, line->command);
-  out.flush();
-  const int code = done ? 0 : report(done.error(), err, screen.err);
+  console.write("");
+  int code = done ? 0 : report(done.error(), err, screen.err);
+  if (!out.good()) {
+    const int output_code = report_output(console.output_error, err, screen.err);
+    if (code == 0) code = output_code;
+  }
   return interruption::happened() ? interruption::kExitCode : code;
 }
 

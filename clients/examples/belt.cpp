@@ -48,7 +48,7 @@ client::Outcome<void> run() {
     if (const auto done = belt->write(address, value); !done) return done;
   }
 
-  // Wait for the way, then for standstill, but not for ever.
+  // Wait for the distance, then for standstill, each with a timeout.
   const auto deadline = Clock::now() + 60s;
   bool stopping = false;
   while (Clock::now() < deadline) {
@@ -59,12 +59,12 @@ client::Outcome<void> run() {
       stopping = true;
       if (const auto done = belt->write(modbus::kRunRegister, 0); !done) return done;
     } else if (stopping && now->drive == modbus::DriveState::kStandstill) {
-      std::cout << "the belt ran " << way_m << " m and stands still\n";
+      std::cout << "the belt ran " << way_m << " m and is at rest\n";
       return {};
     }
     client::sleep_until(Clock::now() + 20ms, {});
   }
-  return client::failed(client::FailureKind::kTimeout, "the belt does not run as told");
+  return client::failed(client::FailureKind::kTimeout, "the belt does not run as commanded");
 }
 
 }  // namespace

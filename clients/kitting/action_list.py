@@ -409,7 +409,7 @@ class ActionRun:
 
 
 def differences(tray: TrayView, wanted: dict[str, str | None]) -> list[str]:
-    """What in a tray is not as wanted, in words."""
+    """The deviations of a tray from the wanted content, as texts."""
     out = []
     for name, part in wanted.items():
         slot = tray.slot(name)

@@ -14,6 +14,7 @@ from vision import Camera
 from zones import Space
 
 APPROACH_MM = 60.0  # above where the gripper closes
+GRIPPER_S = 0.25  # for the gripper to open or to close
 GRIP_MM = 10.0  # of the tool point above the underside of a part's disc
 FAST_MM_S, SLOW_MM_S, TURN_DEG_S, HOME_DEG_S = 400.0, 120.0, 90.0, 60.0
 
@@ -83,7 +84,7 @@ class Arm:
         return self.robot.frame.point(tool[:2])
 
     def grip_height(self, xy: XY, thickness_mm: float) -> float:
-        """Of the tool where it holds a part that sits in a tray of this thickness."""
+        """The height of the tool that holds a part in a tray of this thickness [mm]."""
         surface = self.cell.surface_at(xy)
         if surface is None:
             raise RobotError(f"nothing is known to stand at ({xy[0]:.0f}, {xy[1]:.0f}) mm")
@@ -94,7 +95,7 @@ class Arm:
         return wrapped(math.atan2(xy[1] - base[1], xy[0] - base[0]) + self._turn)
 
     def corridor(self, *places: XY) -> list[XY]:
-        """What the arm sweeps on its way from where it is to places and home."""
+        """The points whose hull the arm sweeps on its way from its present place to `places` and home."""
         return [self.robot.base_mm[:2], self.robot.home_mm, self.tool_xy(), *places]
 
     def over_belt(self, *places: XY) -> bool:
@@ -154,12 +155,13 @@ class Arm:
     # -- gripper ------------------------------------------------------------------------------
 
     def set_gripper(self, opened: bool) -> None:
+        """The robot reports the command done before the gripper has moved, so it is given time."""
         self.crcl.set_gripper(opened)
-        self.crcl.dwell(0.05)
+        self.crcl.dwell(GRIPPER_S)
 
     def holds(self) -> bool:
-        """By the gripper's status: it says so, or, where it does not say, the fingers have closed on
-        something."""
+        """Whether the gripper holds a part: by its status, or without one by fingers that have stopped
+        before they were closed."""
         status = self.crcl.status()
         if status.holding is not None:
             return status.holding

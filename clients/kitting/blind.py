@@ -1,8 +1,8 @@
-"""The same controller, told to react to nothing: what failures cost whom they escape.
+"""The same controller without any reaction: it measures the cost of failures that are not noticed.
 
-It looks where its plan begins and after the belt has run, one frame each time, and then does what
-it has planned. What it was told to do counts as done: it asks no gripper, clears no error, does not
-connect again, and asks no encoder whether the belt moves."""
+It takes one camera frame at the begin of a plan and after the belt has run, and then performs the
+plan. Each command counts as done: the controller reads no gripper, clears no error, does not connect
+again, and does not check the belt's encoder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a controller knows of the cell beforehand, read from a TOML file (cells/aprs.toml)."""
+"""The controller's prior knowledge of the cell, read from a TOML file (cells/aprs.toml)."""
 
 from __future__ import annotations
 

@@ -126,8 +126,8 @@ class Conveyor:
         now: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], None] = time.sleep,
     ) -> float:
-        """Runs the belt by about `way_mm`, negative for backward, and tells how far it went by its
-        encoder. Whatever happens the belt is told to stop. Raises ConveyorError."""
+        """Run the belt by about `way_mm`, negative for backward. Returns its travel by the encoder [mm].
+        The belt is stopped also after an error. Raises ConveyorError."""
         modbus = self.connect(self.belt.host, self.belt.port)
         self.speed_share, self.saw_tray = None, False
 

@@ -18,8 +18,8 @@ _XSI = "http://www.w3.org/2001/XMLSchema-instance"
 _STATUS_END = b"</CRCLStatus>"
 _MAX_STATUS_BYTES = 1 << 20
 _MOVES = frozenset(["MoveTo", "ActuateJoints"])
-_OLD_S = 1.0  # a status may tell of the command before
-_PERSON_S = 0.2  # between two looks at the light curtain
+_OLD_S = 1.0  # a status may still belong to the previous command
+_PERSON_S = 0.2  # between two reads of the light curtain
 
 
 class RobotError(Exception):
@@ -36,7 +36,7 @@ class Interrupted(Exception):
 
 @dataclass(frozen=True)
 class Status:
-    """What a CRCLStatus says, in the units of the connection: millimetres and degrees."""
+    """The content of a CRCLStatus, in the units of the connection: millimetres and degrees."""
 
     command_id: int
     state: str
@@ -191,6 +191,9 @@ class CrclRobot:
 
     def close(self) -> None:
         if self._socket is not None:
+            # With a status unread, closing alone would reset the connection: the robot stops then.
+            with contextlib.suppress(OSError):
+                self._socket.shutdown(socket.SHUT_WR)
             self._socket.close()
         self._socket = None
 
@@ -277,7 +280,7 @@ class CrclRobot:
 
     def run(self, kind: str, fields: str, limit_s: float = 10.0) -> Status:
         """Sends one command and polls until it is done. While a person stands in the light curtain
-        the arm stands still; then it goes on with the command. Raises RobotError when it ends in an
+        the arm is at rest; then it continues the command. Raises RobotError when it ends in an
         error, RobotLost when it does not end."""
         while True:
             if kind in _MOVES and self.last is not None:

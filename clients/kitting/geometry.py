@@ -61,7 +61,7 @@ def inside(point: XY, low: XY, high: XY) -> bool:
 
 
 def distance_to_box(point: XY, half: XY) -> float:
-    """Of a point to a box centred at the origin; negative inside."""
+    """Distance of a point from a box centred at the origin; negative inside."""
     dx, dy = abs(point[0]) - half[0], abs(point[1]) - half[1]
     return math.hypot(max(dx, 0.0), max(dy, 0.0)) + min(max(dx, dy), 0.0)
 

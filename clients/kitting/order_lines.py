@@ -1,5 +1,5 @@
-"""Orders that come while the robots are at work: one JSON object a line on standard input. What is
-done goes out the same way on standard output."""
+"""Orders that arrive while the robots work: one JSON object a line on standard input. Results are printed
+in the same form on standard output."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is wanted, who works on it, and what has become of it: the board that all robots share."""
+"""The board that all robots share: orders, their assignment to robots, and their results."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ class Board:
     # -- orders -------------------------------------------------------------------------------
 
     def announce(self, orders: Iterable[Order]) -> None:
-        """More to do. Every robot looks for the trays before it goes on."""
+        """Add orders. Every robot takes a new picture of the trays before it continues."""
         with self._lock:
             self._unmatched = sorted(
                 [*(self._unmatched or ()), *orders], key=lambda order: -order.priority
@@ -121,8 +121,8 @@ class Board:
             self._looked.clear()
 
     def cancel(self, name: str) -> bool:
-        """What is not submitted of an order is forgotten; its parts stay where they are. False when
-        nothing is left of it."""
+        """Drop the part of an order that is not submitted; its parts stay in their places. False when
+        nothing of the order is left."""
         with self._lock:
             waiting = [o for o in self._unmatched or () if o.name == name]
             begun = [k for k in self.kits if k.order == name and k.state is KitState.OPEN]
@@ -293,7 +293,7 @@ class Board:
                 self._note(kit, tray)
 
     def news(self) -> None:
-        """What was given up may go on: there are other parts now, or another way."""
+        """Retry the transfers that were given up: there are other parts now, or another way."""
         with self._lock:
             for kit in self.kits:
                 kit.given_up.clear()

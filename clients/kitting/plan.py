@@ -25,7 +25,7 @@ class Transfer:
 
 @dataclass(frozen=True)
 class Step:
-    """What to do next for a kit: a transfer, or why there is none."""
+    """The next step for a kit: a transfer, or the reason why there is none."""
 
     transfer: Transfer | None
     missing: tuple[str, ...] = ()  # types of which no part can be had

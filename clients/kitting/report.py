@@ -1,4 +1,4 @@
-"""What happens, for people as lines and for programs as one JSON file."""
+"""The record of a run: lines for people, and one JSON file for programs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Look for parts: the arm out of the camera's view, then steady frames."""
+"""Detect parts: move the arm out of the camera's view, then wait for steady frames."""
 
 from __future__ import annotations
 

@@ -48,8 +48,8 @@ def take_part(arm: Arm, xy: XY, thickness_mm: float, others: list[XY], trial: in
 
 
 def approach(arm: Arm, xy: XY, z: float, yaws: list[float]) -> float | None:
-    """Goes there with the first of the yaws that the robot accepts; None when it refuses some. A
-    refusal is told from a breakdown by what the robot does afterwards."""
+    """Move there with the first yaw that the robot accepts; None when it refuses several. The robot's
+    behaviour afterwards distinguishes a refusal from a breakdown."""
     for yaw in yaws[: 8 * YAW_TRIALS : 8] if len(yaws) > 8 else yaws[:YAW_TRIALS]:
         try:
             arm.move(xy, z, yaw, straight=False, speed_mm_s=FAST_MM_S)

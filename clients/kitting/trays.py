@@ -1,4 +1,4 @@
-"""What lies in which slot: sightings become trays with slots, each empty or with a part."""
+"""Contents of slots: sightings become trays with slots, each empty or with a part."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class TrayView:
 
 @dataclass
 class Scene:
-    """What one look has shown, and what has been done since by who has looked."""
+    """The result of one query to the camera, updated by the robot's own transfers since."""
 
     trays: list[TrayView]
     parts: list[Part]
@@ -99,7 +99,7 @@ class Scene:
         self.trays.sort(key=lambda t: (t.type.name, t.number))
 
     def taken(self, part: Part) -> None:
-        """The part is no longer where it was."""
+        """Remove a part from its place."""
         self.parts = [p for p in self.parts if p is not part]
         for tray in self.trays:
             for slot in tray.slots:

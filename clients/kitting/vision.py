@@ -41,7 +41,7 @@ class Detection:
 
 @dataclass(frozen=True)
 class Sighting:
-    """One object, from all frames of a look."""
+    """One object, from all frames of a query."""
 
     name: str
     kind: str
@@ -121,7 +121,7 @@ def _all_moved_a_little(before: Sequence[Detection], after: Sequence[Detection])
 
 @dataclass(frozen=True)
 class Look:
-    """What frames agree about."""
+    """The objects on which the frames agree."""
 
     sightings: list[Sighting]
     moving: int  # objects that were in sight and moved
@@ -210,8 +210,8 @@ class Camera:
         give_up: Callable[[], bool] = lambda: False,
         poll: Callable[[], object] = lambda: None,
     ) -> Look:
-        """What frames from now on agree about, in the cell's frame. What moves is left out, unless
-        nothing is still: then this waits, where polls are the clock by `poll`."""
+        """The objects on which later frames agree, in the cell's frame. Moving objects are left out. If all
+        objects move, this waits; where polls pass the time it calls `poll`."""
         deadline = self.clock.now() + timeout_s
         polls = self.clock.counts_polls
         if polls:

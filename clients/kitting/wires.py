@@ -1,5 +1,5 @@
-"""The connections to the robots and their cameras, and jobs one after the other on them: what the
-programs of this folder have in common."""
+"""The common part of the programs in this folder: connections to the robots and their cameras, and jobs
+on them in sequence."""
 
 from __future__ import annotations
 
@@ -20,6 +20,15 @@ from vision import Camera, LookError
 
 DONE, INCOMPLETE, USAGE, NO_CONNECTION, INTERRUPTED = 0, 1, 2, 3, 130
 _FEED_S = 20.0  # for a camera to send something
+
+
+def host_of(text: str) -> str:
+    """The host of an argument. An IPv6 address may have brackets (RFC 3986, 3.2.2)."""
+    inside = text[1:-1] if text.startswith("[") and text.endswith("]") else text
+    if not inside or "[" in inside or "]" in inside:
+        raise argparse.ArgumentTypeError(f"'{text}', where a host name or an address is expected")
+    return inside
+
 
 Wires = dict[str, tuple[CrclRobot, Camera]]
 

@@ -33,7 +33,7 @@ _SLIP_MM = 10.0  # between the encoder and what the camera sees of the belt
 
 @dataclass
 class Shop:
-    """What the robots' threads share."""
+    """The objects that the robots' threads share."""
 
     board: Board
     conveyor: Conveyor | None
@@ -339,8 +339,8 @@ class Worker(threading.Thread):
     # -- one part -----------------------------------------------------------------------------
 
     def _carry(self, transfer: Transfer, scene: Scene) -> bool:
-        """True when the part is, as far as the gripper knows, where it belongs; the scene then says
-        so, too. Else the scene is no longer true and has to be looked at again."""
+        """Carry a part. True when, by the gripper's status, the part is in its place; the scene then
+        contains that. Otherwise the scene is invalid and needs a new query to the camera."""
         arm, board = self.arm, self.board
         self._scene = None
         source, target = transfer.source.xy, transfer.target.xy
@@ -433,8 +433,8 @@ class Worker(threading.Thread):
         return False
 
     def _deliver_held(self, part_type: str, scene: Scene, *, avoid: bool = False) -> None:
-        """What is in the hand and has lost its goal: into a kit that wants it, or back; `avoid`: it
-        stays there."""
+        """Deliver a held part that has lost its goal: to a kit that needs it, or back. With `avoid` the
+        part stays there."""
         arm = self.arm
         for _ in range(GRASP_TRIALS):
             kits = self.board.held_targets(arm.name, scene)

@@ -1,8 +1,8 @@
-"""Who may be where. Before an arm goes anywhere it takes the space that it will need: the convex
+"""Reservation of space. Before an arm moves it reserves the space that it will need: the convex
 hull, seen from above, of its base, its home, its tool and every place it goes to. Two such spaces
 are never nearer than a clearance, so the arms never meet.
 
-Who does not get its space goes home and waits there. Homes are clear of everything, so nobody waits
+An arm that does not get its space goes home and waits there. Homes are clear of everything, so nobody waits
 for one who waits. The belt is arranged here, too: it runs only while no arm is over it."""
 
 from __future__ import annotations

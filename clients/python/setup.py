@@ -8,7 +8,7 @@ from setuptools.command.build_py import build_py
 
 
 class Build(build_py):
-    """Of the sources, and then the messages."""
+    """Builds the sources, then the messages."""
 
     def run(self) -> None:
         super().run()

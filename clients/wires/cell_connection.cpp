@@ -3,19 +3,23 @@
 #include <chrono>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
+#include <google/protobuf/message.h>
 #include <grpcpp/create_channel.h>
+#include <grpcpp/support/channel_arguments.h>
 
 #include "aprsim/v1/control_service.grpc.pb.h"
 #include "aprsim/v1/journal_service.grpc.pb.h"
 #include "aprsim/v1/telemetry_service.grpc.pb.h"
+#include "world/base/utf8.hpp"
 
 namespace aprsim::client {
 namespace {
 
-constexpr auto kCallTimeout = std::chrono::seconds(10);
 constexpr auto kTransferTimeout = std::chrono::seconds(60);
+constexpr auto kLongCall = std::chrono::hours(1);  // for steps and runs
 
 v1::StepRequest step_request(std::uint64_t steps, std::span<const char* const> fields) {
   v1::StepRequest request;
@@ -35,8 +39,39 @@ Failure failure_of(const grpc::Status& status, const std::string& address) {
     case grpc::StatusCode::UNAUTHENTICATED:
       return {FailureKind::kUnauthenticated, status.error_message()};
     default:
-      return {FailureKind::kRefused, status.error_message()};
+      break;
   }
+  if (!status.error_message().empty()) return {FailureKind::kRefused, status.error_message()};
+  return {FailureKind::kRefused,
+          fmt::format("the daemon at {} refused the request without a reason (gRPC status {})",
+                      address, static_cast<int>(status.error_code()))};
+}
+
+/// The first text of a request that is no UTF-8, which a message cannot carry.
+std::optional<Failure> wrong_text(const google::protobuf::Message& message) {
+  using google::protobuf::FieldDescriptor;
+  const auto& reflection = *message.GetReflection();
+  std::vector<const FieldDescriptor*> fields;
+  reflection.ListFields(message, &fields);
+  for (const FieldDescriptor* field : fields) {
+    const int count = field->is_repeated() ? reflection.FieldSize(message, field) : 1;
+    for (int i = 0; i < count; ++i) {
+      if (field->cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
+        auto wrong =
+            wrong_text(field->is_repeated() ? reflection.GetRepeatedMessage(message, field, i)
+                                            : reflection.GetMessage(message, field));
+        if (wrong) return wrong;
+      } else if (field->type() == FieldDescriptor::TYPE_STRING) {
+        const std::string text = field->is_repeated()
+                                     ? reflection.GetRepeatedString(message, field, i)
+                                     : reflection.GetString(message, field);
+        if (utf8::is_valid(text)) continue;
+        return Failure{FailureKind::kUsage, fmt::format("{}: found \"{}\", expected UTF-8",
+                                                        field->name(), utf8::valid(text))};
+      }
+    }
+  }
+  return std::nullopt;
 }
 
 std::shared_ptr<grpc::ChannelCredentials> credentials_of(const Endpoints& endpoints) {
@@ -48,25 +83,39 @@ std::shared_ptr<grpc::ChannelCredentials> credentials_of(const Endpoints& endpoi
   return grpc::SslCredentials(options);
 }
 
+/// A channel that connects directly: http_proxy and its like are for web pages, and CRCL and Modbus
+/// connect directly, too.
+std::shared_ptr<grpc::Channel> channel_to(const std::string& address, const Endpoints& endpoints) {
+  grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  return grpc::CreateCustomChannel(address, credentials_of(endpoints), arguments);
+}
+
 }  // namespace
 
 struct CellConnection::Stubs {
-  Stubs(const std::shared_ptr<grpc::Channel>& channel, std::string with_token)
-      : telemetry(channel), journal(channel), control(channel), token(std::move(with_token)) {}
+  Stubs(const std::shared_ptr<grpc::Channel>& channel, std::string with_token,
+        std::chrono::milliseconds with_timeout)
+      : telemetry(channel),
+        journal(channel),
+        control(channel),
+        token(std::move(with_token)),
+        timeout(with_timeout) {}
 
   void prepare(grpc::ClientContext& context) const {
     if (!token.empty()) context.AddMetadata("authorization", "Bearer " + token);
   }
 
-  /// One unary call: `method` of `service` with a deadline.
+  /// One unary call: `method` of `service` with a deadline; absent = that of the connection.
   template <typename Response, typename Service, typename Request>
   Outcome<Response> call(Service& service,
                          grpc::Status (Service::*method)(grpc::ClientContext*, const Request&,
                                                          Response*),
                          const Request& request, const std::string& address,
-                         std::chrono::system_clock::duration timeout = kCallTimeout) const {
+                         std::optional<std::chrono::milliseconds> within = {}) const {
+    if (auto wrong = wrong_text(request)) return tl::unexpected(*std::move(wrong));
     grpc::ClientContext context;
-    context.set_deadline(std::chrono::system_clock::now() + timeout);
+    context.set_deadline(std::chrono::system_clock::now() + within.value_or(timeout));
     prepare(context);
     Response response;
     const grpc::Status status = (service.*method)(&context, request, &response);
@@ -74,15 +123,42 @@ struct CellConnection::Stubs {
     return response;
   }
 
+  /// The response to a unary call that `begin` starts, within an hour; absent = cancelled.
+  template <typename Response, typename Begin>
+  Outcome<std::optional<Response>> call_until(const Begin& begin, const Cancelled& cancelled,
+                                              const std::string& address) const {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + kLongCall);
+    prepare(context);
+    grpc::CompletionQueue queue;
+    Response response;
+    grpc::Status status;
+    const auto reader = begin(&context, &queue);
+    reader->Finish(&response, &status, nullptr);
+    bool given_up = false;
+    void* tag = nullptr;
+    bool ok = false;
+    while (queue.AsyncNext(&tag, &ok, std::chrono::system_clock::now() + kCancellationPeriod) ==
+           grpc::CompletionQueue::TIMEOUT) {
+      if (given_up || !is_cancelled(cancelled)) continue;
+      given_up = true;
+      context.TryCancel();
+    }
+    if (status.ok()) return response;
+    if (given_up) return std::nullopt;
+    return tl::unexpected(failure_of(status, address));
+  }
+
   v1::TelemetryService::Stub telemetry;
   v1::JournalService::Stub journal;
   v1::ControlService::Stub control;
   const std::string token;
+  const std::chrono::milliseconds timeout;  ///< of a call
 };
 
 namespace {
 
-/// Until `show` has enough, or the stream ends.
+/// Reads until `show` returns false or the stream ends.
 template <typename Response>
 Outcome<void> read_all(grpc::ClientContext& context, grpc::ClientReader<Response>& reader,
                        const std::function<bool(const Response&)>& show,
@@ -107,10 +183,9 @@ Outcome<v1::Receipt> receipt(const Outcome<Response>& response) {
 
 }  // namespace
 
-CellConnection::CellConnection(const Endpoints& endpoints)
-    : address_(fmt::format("{}:{}", endpoints.host, endpoints.grpc)),
-      stubs_(std::make_unique<Stubs>(grpc::CreateChannel(address_, credentials_of(endpoints)),
-                                     endpoints.token)) {}
+CellConnection::CellConnection(const Endpoints& endpoints, std::chrono::milliseconds timeout)
+    : address_(host_and_port(endpoints.host, endpoints.grpc)),
+      stubs_(std::make_unique<Stubs>(channel_to(address_, endpoints), endpoints.token, timeout)) {}
 CellConnection::~CellConnection() = default;
 CellConnection::CellConnection(CellConnection&&) noexcept = default;
 
@@ -145,6 +220,7 @@ Outcome<void> CellConnection::stream(
 Outcome<void> CellConnection::events(
     const v1::StreamEventsRequest& request,
     const std::function<bool(const v1::StreamEventsResponse&)>& show) {
+  if (auto wrong = wrong_text(request)) return tl::unexpected(*std::move(wrong));
   grpc::ClientContext context;
   stubs_->prepare(context);
   const auto reader = stubs_->telemetry.StreamEvents(&context, request);
@@ -181,26 +257,14 @@ Outcome<v1::Snapshot> CellConnection::step_and_read(std::uint64_t steps,
 Outcome<std::optional<v1::Snapshot>> CellConnection::step_and_read(
     std::uint64_t steps, std::span<const char* const> fields, const Cancelled& cancelled) {
   const auto request = step_request(steps, fields);
-  grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + std::chrono::hours(1));
-  stubs_->prepare(context);
-  grpc::CompletionQueue queue;
-  v1::StepResponse response;
-  grpc::Status status;
-  const auto reader = stubs_->control.AsyncStep(&context, request, &queue);
-  reader->Finish(&response, &status, nullptr);
-  bool given_up = false;
-  void* tag = nullptr;
-  bool ok = false;
-  while (queue.AsyncNext(&tag, &ok, std::chrono::system_clock::now() + kCancellationPeriod) ==
-         grpc::CompletionQueue::TIMEOUT) {
-    if (given_up || !is_cancelled(cancelled)) continue;
-    given_up = true;
-    context.TryCancel();
-  }
-  if (status.ok()) return std::move(*response.mutable_snapshot());
-  if (given_up) return std::nullopt;
-  return tl::unexpected(failure_of(status, address_));
+  auto response = stubs_->call_until<v1::StepResponse>(
+      [&](auto* context, auto* queue) {
+        return stubs_->control.AsyncStep(context, request, queue);
+      },
+      cancelled, address_);
+  if (!response) return tl::unexpected(response.error());
+  if (!*response) return std::nullopt;
+  return std::move(*(*response)->mutable_snapshot());
 }
 
 Outcome<v1::Receipt> CellConnection::set_speed(std::optional<double> factor) {
@@ -214,9 +278,17 @@ Outcome<v1::Receipt> CellConnection::set_speed(std::optional<double> factor) {
       stubs_->call(stubs_->control, &v1::ControlService::Stub::SetSpeed, request, address_));
 }
 
-Outcome<v1::RunUntilResponse> CellConnection::run_until(const v1::RunUntilRequest& request) {
-  return stubs_->call(stubs_->control, &v1::ControlService::Stub::RunUntil, request, address_,
-                      std::chrono::hours(1));
+Outcome<v1::RunUntilResponse> CellConnection::run_until(const v1::RunUntilRequest& request,
+                                                        const Cancelled& cancelled) {
+  if (auto wrong = wrong_text(request)) return tl::unexpected(*std::move(wrong));
+  auto response = stubs_->call_until<v1::RunUntilResponse>(
+      [&](auto* context, auto* queue) {
+        return stubs_->control.AsyncRunUntil(context, request, queue);
+      },
+      cancelled, address_);
+  if (!response) return tl::unexpected(response.error());
+  if (!*response) return failed(FailureKind::kInterrupted, "interrupted");
+  return std::move(**response);
 }
 
 Outcome<v1::GetSceneResponse> CellConnection::scene() {
@@ -286,11 +358,12 @@ Outcome<v1::ListStatesResponse> CellConnection::list_states() {
 }
 
 Outcome<std::string> CellConnection::export_state(const std::string& name) {
+  v1::ExportStateRequest request;
+  request.set_name(name);
+  if (auto wrong = wrong_text(request)) return tl::unexpected(*std::move(wrong));
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + kTransferTimeout);
   stubs_->prepare(context);
-  v1::ExportStateRequest request;
-  request.set_name(name);
   const auto reader = stubs_->control.ExportState(&context, request);
   std::string bytes;
   for (v1::ExportStateResponse part; reader->Read(&part);) bytes += part.data();
@@ -303,13 +376,14 @@ Outcome<std::string> CellConnection::export_state(const std::string& name) {
 Outcome<v1::ImportStateResponse> CellConnection::import_state(const std::string& name,
                                                               const std::string& bytes) {
   constexpr std::size_t kPart = std::size_t{32} << 10;
+  v1::ImportStateRequest request;
+  request.set_name(name);
+  if (auto wrong = wrong_text(request)) return tl::unexpected(*std::move(wrong));
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + kTransferTimeout);
   stubs_->prepare(context);
   v1::ImportStateResponse response;
   const auto writer = stubs_->control.ImportState(&context, &response);
-  v1::ImportStateRequest request;
-  request.set_name(name);
   for (std::size_t at = 0; at < bytes.size() || at == 0; at += kPart) {
     request.set_data(bytes.substr(at, kPart));
     // It fails when the daemon has refused; the status says why.

@@ -17,16 +17,20 @@
 
 namespace aprsim::client {
 
-/// The daemon's gRPC services, each call blocking. A call is connected when it is made and ends
-/// within 10 s unless it says otherwise. Values are in SI units, poses in the frames that the
-/// messages name.
+/// The daemon's gRPC services, each call blocking. A call connects when it is made, without a
+/// proxy, and ends within the connection's timeout unless it says otherwise. Values are in SI
+/// units, poses in the frames that the messages name.
 ///
 /// Failures: kConnection when the daemon cannot be reached, kUnauthenticated without a valid token,
-/// kRefused with the daemon's own words, kTimeout. Thread: any, also several at a time.
+/// kRefused with the daemon's own words, kTimeout, kUsage for a text that is no UTF-8. Thread: any,
+/// also several at a time.
 class CellConnection {
  public:
+  static constexpr std::chrono::seconds kCallTimeout{10};
+
   /// Does not connect yet.
-  explicit CellConnection(const Endpoints& endpoints);
+  explicit CellConnection(const Endpoints& endpoints,
+                          std::chrono::milliseconds timeout = kCallTimeout);
   ~CellConnection();
   CellConnection(CellConnection&&) noexcept;
 
@@ -66,8 +70,10 @@ class CellConnection {
   /// Builds the cell anew; absent = with the seed it has.
   [[nodiscard]] Outcome<v1::Receipt> reset(std::optional<std::uint64_t> seed);
   [[nodiscard]] Outcome<v1::Receipt> reset(const v1::ResetRequest& request);
-  /// Runs until a condition is met; answered once the run has ended, within an hour.
-  [[nodiscard]] Outcome<v1::RunUntilResponse> run_until(const v1::RunUntilRequest& request);
+  /// Runs until a condition is met; answered once the run has ended, within an hour. A run that is
+  /// cancelled (kInterrupted) or not answered in time leaves the cell paused.
+  [[nodiscard]] Outcome<v1::RunUntilResponse> run_until(const v1::RunUntilRequest& request,
+                                                        const Cancelled& cancelled = {});
 
   /// The scene as the daemon holds it.
   [[nodiscard]] Outcome<v1::GetSceneResponse> scene();

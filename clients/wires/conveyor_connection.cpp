@@ -41,9 +41,10 @@ Outcome<ConveyorConnection> ConveyorConnection::connect(const Endpoints& endpoin
       modbus_new_tcp_pi(endpoints.host.c_str(), std::to_string(endpoints.modbus).c_str()));
   if (!context || modbus_set_response_timeout(context.get(), kResponseTimeout_s, 0) != 0 ||
       modbus_connect(context.get()) != 0) {
-    return failed(FailureKind::kConnection,
-                  fmt::format("cannot reach the conveyor by Modbus at {}:{}: {}", endpoints.host,
-                              endpoints.modbus, modbus_strerror(errno)));
+    return failed(
+        FailureKind::kConnection,
+        fmt::format("cannot reach the conveyor by Modbus at {}: {}",
+                    host_and_port(endpoints.host, endpoints.modbus), modbus_strerror(errno)));
   }
   return ConveyorConnection(std::move(context));
 }

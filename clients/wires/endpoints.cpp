@@ -1,6 +1,7 @@
 #include "clients/wires/endpoints.hpp"
 
 #include <algorithm>
+#include <arpa/inet.h>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -36,7 +37,7 @@ std::uint16_t* place_of(const std::string& key, Endpoints& endpoints) {
   return nullptr;
 }
 
-/// The port of a robot, or which robots there are.
+/// The port of a robot. Failure: lists the known robots.
 Outcome<std::uint16_t> port_in(const std::map<std::string, std::uint16_t>& ports,
                                const std::string& robot) {
   const auto found = ports.find(robot);
@@ -57,9 +58,9 @@ Outcome<std::string> read_token(const std::string& path) {
   const auto printable = [](char c) { return c >= ' ' && c <= '~'; };
   if (token.ends_with('\r')) token.pop_back();
   if (std::ranges::all_of(token, printable)) return token;
-  // The message must not show it.
-  return failed(FailureKind::kUsage, fmt::format("the token of {} is not of ASCII characters",
-                                                 path.empty() ? kToken : path));
+  // The message must not contain the token.
+  return failed(FailureKind::kUsage,
+                fmt::format("the token in {} is not ASCII", path.empty() ? kToken : path));
 }
 
 /// The file chosen, else the one that the variable names; empty = none.
@@ -75,7 +76,7 @@ Outcome<std::string> read_pem(const std::string& path) {
   std::string text{std::istreambuf_iterator<char>(in), {}};
   if (text.find("-----BEGIN ") != std::string::npos) return text;
   return failed(FailureKind::kUsage,
-                in.is_open() ? path + " holds nothing in PEM"
+                in.is_open() ? path + " contains no PEM data"
                              : fmt::format("cannot read {}: {}", path, std::strerror(errno)));
 }
 
@@ -92,12 +93,36 @@ Outcome<std::optional<Encryption>> read_encryption(const EndpointChoice& choice)
     any = any || !text->empty();
   }
   if (encryption.certificate.empty() != encryption.key.empty()) {
-    return failed(FailureKind::kUsage, "a client's certificate and its key go together");
+    return failed(FailureKind::kUsage,
+                  "a client certificate needs its key, and a key its certificate");
   }
   return any ? std::optional(std::move(encryption)) : std::nullopt;
 }
 
+/// The host without the brackets of an IPv6 address.
+Outcome<std::string> read_host(const std::string& text) {
+  const bool opens = text.starts_with('['), closes = text.ends_with(']');
+  const std::string host = opens && closes ? text.substr(1, text.size() - 2) : text;
+  // A colon is in IPv6 addresses only, which may have a zone (RFC 4007, section 11).
+  const bool ipv6 = host.find(':') != std::string::npos;
+  in6_addr address{};
+  const bool valid =
+      ipv6 ? inet_pton(AF_INET6, host.substr(0, host.find('%')).c_str(), &address) == 1
+           : !opens && !closes && !host.empty() &&
+                 host.find_first_of("[]/@ \t\r\n") == std::string::npos;
+  if (opens == closes && valid) return host;
+  return failed(FailureKind::kUsage,
+                fmt::format("host: found '{}', expected a name or an address such as cell, "
+                            "192.168.1.7, ::1 or [::1]",
+                            text));
+}
+
 }  // namespace
+
+std::string host_and_port(const std::string& host, std::uint16_t port) {
+  const bool ipv6 = host.find(':') != std::string::npos;
+  return ipv6 ? fmt::format("[{}]:{}", host, port) : fmt::format("{}:{}", host, port);
+}
 
 Outcome<Endpoints> read_ports_file(const std::string& path) {
   std::ifstream in(path);
@@ -107,7 +132,7 @@ Outcome<Endpoints> read_ports_file(const std::string& path) {
   }
   const auto json = nlohmann::json::parse(in, nullptr, /*allow_exceptions=*/false);
   if (!json.is_object()) {
-    return failed(FailureKind::kUsage, path + " is no ports file: not a JSON object");
+    return failed(FailureKind::kUsage, path + " is not a ports file: no JSON object");
   }
   Endpoints endpoints;
   endpoints.crcl.clear();
@@ -140,7 +165,11 @@ Outcome<Endpoints> find_endpoints(const EndpointChoice& choice) {
   auto encryption = read_encryption(choice);
   if (!encryption) return tl::unexpected(encryption.error());
   endpoints.encryption = std::move(*encryption);
-  if (!choice.host.empty()) endpoints.host = choice.host;
+  if (!choice.host.empty()) {
+    auto host = read_host(choice.host);
+    if (!host) return tl::unexpected(host.error());
+    endpoints.host = std::move(*host);
+  }
   if (choice.grpc) endpoints.grpc = *choice.grpc;
   if (choice.modbus) endpoints.modbus = *choice.modbus;
   for (const auto& [robot, port] : choice.crcl) endpoints.crcl[robot] = port;

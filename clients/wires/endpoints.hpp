@@ -16,9 +16,9 @@ struct Encryption {
   std::string key = {};
 };
 
-/// The addresses of the daemon's listeners, and how to get in.
+/// The addresses of the daemon's listeners, and the credentials.
 struct Endpoints {
-  std::string host = "127.0.0.1";
+  std::string host = "127.0.0.1";  ///< name or address, without brackets
   std::uint16_t grpc = 50051;
   std::uint16_t modbus = 1502;
   std::map<std::string, std::uint16_t> crcl{{"fanuc", 64444}, {"motoman", 64445}};  ///< by robot
@@ -27,10 +27,10 @@ struct Endpoints {
   std::optional<Encryption> encryption = {};  ///< of gRPC; absent = it is not encrypted
 };
 
-/// A user's choice of endpoints. What is left out comes from environment variables, then defaults.
+/// A user's choice of endpoints. Absent settings come from environment variables, then defaults.
 struct EndpointChoice {
   std::string ports_file;  ///< written by aprsimd; empty = the one that APRSIM_PORTS_FILE names
-  std::string host;        ///< empty = 127.0.0.1
+  std::string host;        ///< name or address, IPv6 also in brackets; empty = 127.0.0.1
   std::string token_file;  ///< its first line is the token; empty = APRSIM_TOKEN is
   bool tls = false;        ///< encrypt even if none of the files below is given
   /// Files in PEM; empty = those that APRSIM_CA, APRSIM_CERTIFICATE and APRSIM_KEY name.
@@ -38,6 +38,9 @@ struct EndpointChoice {
   std::optional<std::uint16_t> grpc, modbus;
   std::map<std::string, std::uint16_t> crcl;
 };
+
+/// "HOST:PORT", with brackets around an IPv6 address (RFC 3986, section 3.2.2).
+[[nodiscard]] std::string host_and_port(const std::string& host, std::uint16_t port);
 
 /// Reads a ports file as aprsimd writes it: {"crcl.NAME": N, "vision.NAME": N, "modbus": N,
 /// "grpc": N, ...}. Only the robots it names exist; other keys are ignored. Failures: kUsage.
@@ -48,7 +51,7 @@ struct EndpointChoice {
 
 /// The ports file chosen, else the one that APRSIM_PORTS_FILE names, else the default ports; then
 /// each single choice over it, the token and the encryption. Failures: kUsage, for files that
-/// cannot be read.
+/// cannot be read and for a host that is none.
 [[nodiscard]] Outcome<Endpoints> find_endpoints(const EndpointChoice& choice);
 
 /// Port of a robot's CRCL server; the failure (kUsage) lists the robots there are.

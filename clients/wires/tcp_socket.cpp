@@ -15,6 +15,8 @@
 
 #include <fmt/format.h>
 
+#include "clients/wires/endpoints.hpp"
+
 namespace aprsim::client {
 
 using std::chrono::steady_clock;
@@ -39,8 +41,12 @@ TcpSocket& TcpSocket::operator=(TcpSocket&& other) noexcept {
   return *this;
 }
 
+// With unread input, closing alone would reset the connection: a robot stops then, as its
+// controller seems to be lost.
 TcpSocket::~TcpSocket() {
-  if (fd_ >= 0) close(fd_);
+  if (fd_ < 0) return;
+  shutdown(fd_, SHUT_WR);
+  close(fd_);
 }
 
 Outcome<void> TcpSocket::wait(short events, Time deadline, const Cancelled& cancelled) const {
@@ -62,7 +68,7 @@ Outcome<void> TcpSocket::wait(short events, Time deadline, const Cancelled& canc
 
 Outcome<TcpSocket> TcpSocket::connect(const std::string& host, std::uint16_t port, Time deadline,
                                       const Cancelled& cancelled) {
-  const std::string peer = fmt::format("{}:{}", host, port);
+  const std::string peer = host_and_port(host, port);
   addrinfo hints{};
   hints.ai_socktype = SOCK_STREAM;
   addrinfo* found = nullptr;
@@ -77,7 +83,7 @@ Outcome<TcpSocket> TcpSocket::connect(const std::string& host, std::uint16_t por
     int error = ::connect(out.fd_, address->ai_addr, address->ai_addrlen) == 0 ? 0 : errno;
     if (error == EINPROGRESS) {
       if (const auto ready = out.wait(POLLOUT, deadline, cancelled); !ready) {
-        // Nobody there, as far as one can tell.
+        // No host answers.
         const bool late = ready.error().kind == FailureKind::kTimeout;
         return failed(late ? FailureKind::kConnection : ready.error().kind, ready.error().message);
       }

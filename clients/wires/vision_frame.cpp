@@ -54,7 +54,7 @@ Outcome<std::vector<VisionObject>> decode_vision_line(std::string_view line) {
       const auto number = number_of(text);
       if (!number && !text.empty()) {
         return failed(FailureKind::kConnection,
-                      fmt::format("a vision line with '{}' for a number", text));
+                      fmt::format("a vision line has '{}' instead of a number", text));
       }
       object.detected = object.detected && number;
       numbers[k] = number.value_or(0);

@@ -1,5 +1,6 @@
 #include "proto/journal/frames.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <stdexcept>
 #include <utility>
@@ -58,6 +59,10 @@ void FrameEncoder::add(const google::protobuf::MessageLite& message) {
 
 std::string FrameEncoder::take() {
   if (plain_.empty()) return {};
+  if (plain_.size() > kMaxFrameBytes) {
+    throw std::runtime_error("a frame of " + std::to_string(plain_.size()) +
+                             " bytes, the limit is " + std::to_string(kMaxFrameBytes));
+  }
   std::string frame = frame_of(context_.get(), plain_);
   plain_.clear();
   return frame;
@@ -65,12 +70,12 @@ std::string FrameEncoder::take() {
 
 std::string compressed(std::string_view bytes) { return frame_of(new_context().get(), bytes); }
 
-Result<FrameDecoder> FrameDecoder::open(std::string_view bytes) {
+Result<FrameDecoder> FrameDecoder::open(std::string_view bytes, const UnpackedLimits& limits) {
   if (!bytes.starts_with(kMagic)) {
     return fail(ErrorCode::kInvalidArgument, "journal",
                 "no journal: it does not begin as one (APRSIMJ1)");
   }
-  FrameDecoder decoder(bytes.substr(kMagic.size()));
+  FrameDecoder decoder(bytes.substr(kMagic.size()), limits);
   decoder.good_ = kMagic.size();
   return decoder;
 }
@@ -106,11 +111,17 @@ bool FrameDecoder::next_frame() {
     return false;
   }
   const unsigned long long plain = ZSTD_getFrameContentSize(left_.data(), left_.size());
-  if (plain == ZSTD_CONTENTSIZE_ERROR || plain == ZSTD_CONTENTSIZE_UNKNOWN ||
-      plain > kMaxFrameBytes) {
-    give_up("damaged: a frame does not say its size, or one that none has");
+  if (plain == ZSTD_CONTENTSIZE_ERROR || plain == ZSTD_CONTENTSIZE_UNKNOWN) {
+    give_up("damaged: a frame does not say its size");
     return false;
   }
+  // Before any memory is taken.
+  if (plain > limits_.frame || plain > limits_.file) {
+    give_up("damaged: a frame would unpack to " + std::to_string(plain) + " bytes, the limit is " +
+            std::to_string(std::min(limits_.frame, limits_.file)));
+    return false;
+  }
+  limits_.file -= static_cast<std::size_t>(plain);
   frame_.resize(static_cast<std::size_t>(plain));
   at_ = 0;
   const std::size_t got = ZSTD_decompress(frame_.data(), frame_.size(), left_.data(), size);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -15,15 +16,20 @@ struct ZSTD_CCtx_s;
 /// messages in zstd frames, each with a checksum.
 namespace aprsim::journal {
 
-/// What a file begins with: a skippable zstd frame.
+/// The first bytes of a file: a skippable zstd frame.
 inline constexpr std::string_view kMagic{
     "\x50\x2a\x4d\x18\x08\x00\x00\x00"
     "APRSIMJ1",
     16};
 /// A frame holds some so many bytes of records; one record may make it larger.
 inline constexpr std::size_t kFrameBytes = std::size_t{256} << 10;
-/// What no frame exceeds, and a reader takes for damage.
-inline constexpr std::size_t kMaxFrameBytes = std::size_t{256} << 20;
+/// Largest frame, unpacked. No writer makes a larger one, and readers take it for damage.
+inline constexpr std::size_t kMaxFrameBytes = std::size_t{32} << 20;
+/// Bounds of the memory that a file from outside takes unpacked.
+struct UnpackedLimits {
+  std::size_t frame = kMaxFrameBytes;                          ///< of one frame
+  std::size_t file = std::numeric_limits<std::size_t>::max();  ///< of all frames together
+};
 
 /// Gathers messages and gives them out as frames. Thread: one at a time.
 class FrameEncoder {
@@ -56,7 +62,8 @@ class FrameDecoder {
  public:
   /// `bytes` outlive the decoder. Errors: kInvalidArgument, field "journal", where they do not
   /// begin as a journal does.
-  [[nodiscard]] static Result<FrameDecoder> open(std::string_view bytes);
+  [[nodiscard]] static Result<FrameDecoder> open(std::string_view bytes,
+                                                 const UnpackedLimits& limits = {});
 
   /// The next message's bytes, valid until the next call; empty at the end. The end is where the
   /// bytes end, or the last frame that is complete: see damage().
@@ -67,13 +74,15 @@ class FrameDecoder {
   [[nodiscard]] std::size_t good_bytes() const { return good_; }
 
  private:
-  explicit FrameDecoder(std::string_view bytes) : left_(bytes) {}
+  FrameDecoder(std::string_view bytes, const UnpackedLimits& limits)
+      : left_(bytes), limits_(limits) {}
   [[nodiscard]] bool next_frame();
   void give_up(const std::string& why);
 
   std::string_view left_;  ///< of the file
-  std::string frame_;      ///< the present one, plain
-  std::size_t at_ = 0;     ///< in the present one
+  UnpackedLimits limits_;
+  std::string frame_;   ///< the present one, plain
+  std::size_t at_ = 0;  ///< in the present one
   std::size_t good_ = 0, frame_bytes_ = 0;
   std::string damage_;
 };

@@ -27,9 +27,9 @@ Result<JournalReader> JournalReader::open(const std::string& file) {
   return reader;
 }
 
-Result<JournalReader> JournalReader::of_bytes(std::string bytes) {
+Result<JournalReader> JournalReader::of_bytes(std::string bytes, const UnpackedLimits& limits) {
   auto kept = std::make_unique<const std::string>(std::move(bytes));
-  auto decoder = FrameDecoder::open(*kept);
+  auto decoder = FrameDecoder::open(*kept, limits);
   if (!decoder) return tl::unexpected(decoder.error());
   JournalReader reader(std::move(kept), *std::move(decoder));
   v1::JournalRecord first;

@@ -21,7 +21,8 @@ class JournalReader {
   /// another format, or damaged before its header's end); each names the file.
   [[nodiscard]] static Result<JournalReader> open(const std::string& file);
   /// The same from a file's bytes. Errors: kInvalidArgument.
-  [[nodiscard]] static Result<JournalReader> of_bytes(std::string bytes);
+  [[nodiscard]] static Result<JournalReader> of_bytes(std::string bytes,
+                                                      const UnpackedLimits& limits = {});
 
   [[nodiscard]] const v1::JournalHeader& header() const { return header_; }
   /// The next record; false at the end, which is that of the last complete frame.

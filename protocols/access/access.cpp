@@ -17,8 +17,8 @@ namespace {
 
 constexpr std::size_t kMaxAddresses = 4096;
 
-/// The entry of a token; null = there is none. Looks at all of them, and at all bytes of each, so
-/// that the time tells nothing.
+/// The entry of a token; null = none. Compares all bytes of all entries, so that the time it takes
+/// reveals nothing.
 const TokenEntry* find(const std::vector<TokenEntry>& tokens, std::string_view given) {
   const TokenEntry* found = nullptr;
   for (const TokenEntry& token : tokens) {
@@ -52,7 +52,7 @@ Digest digest_of(std::string_view salt, std::string_view secret) {
   const std::string text = std::string(salt) + std::string(secret);
   if (EVP_Digest(text.data(), text.size(), digest.data(), &size, EVP_sha256(), nullptr) != 1 ||
       size != digest.size()) {
-    throw std::runtime_error("OpenSSL computes no SHA-256");
+    throw std::runtime_error("OpenSSL cannot compute SHA-256");
   }
   return digest;
 }
@@ -79,18 +79,11 @@ Caller Access::identify(std::string_view host, const Credentials& credentials, W
     caller.role = without_token(*rules, caller);
     return caller;
   }
-  {
-    const std::lock_guard lock(mutex_);
-    if (!attempts_of(client_address(host), clock).has_room(clock)) {
-      caller.problem = Caller::Problem::kTooManyAttempts;
-      return caller;
-    }
-  }
   const TokenEntry* token = find(rules->tokens, *credentials.token);
   if (token == nullptr) {
-    caller.problem = Caller::Problem::kWrongToken;
     const std::lock_guard lock(mutex_);
-    (void)attempts_of(client_address(host), clock).admit(clock);
+    const bool admitted = attempts_of(client_address(host), clock).admit(clock);
+    caller.problem = admitted ? Caller::Problem::kWrongToken : Caller::Problem::kTooManyAttempts;
     return caller;
   }
   caller.name = "token " + token->name;
@@ -133,10 +126,11 @@ std::optional<Refusal> Access::refusal(const Caller& caller, std::string_view ca
   const std::string needs = fmt::format("{} needs the role {}", call, to_text(needed));
   switch (caller.problem) {
     case Caller::Problem::kTooManyAttempts:
-      return refuse(Kind::kTooManyAttempts, "authorization: too many attempts; wait a while");
+      return refuse(Kind::kTooManyAttempts,
+                    "authorization: too many wrong tokens from this address; wait a while");
     case Caller::Problem::kWrongToken:
       return refuse(Kind::kUnauthenticated,
-                    "authorization: it is no token of this daemon; " + needs);
+                    "authorization: the token is not one of this daemon; " + needs);
     case Caller::Problem::kExpired:
       return refuse(Kind::kUnauthenticated,
                     fmt::format("authorization: {} has expired; {}", caller.name, needs));

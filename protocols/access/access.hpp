@@ -19,12 +19,12 @@ namespace aprsim::protocols {
 
 using WallTime = std::chrono::system_clock::time_point;
 
-/// SHA-256 of a salt and then a secret. Secrets are 256 random bits, which nobody finds by trying
-/// however quick the hash is; so it need not be a slow one, and may be computed at every call.
+/// SHA-256 of a salt and a secret. Secrets are 256 random bits, which cannot be guessed even with a
+/// fast hash; so it may be computed at every call.
 using Digest = std::array<std::uint8_t, 32>;
 [[nodiscard]] Digest digest_of(std::string_view salt, std::string_view secret);
 
-/// The record of a token: never the token itself.
+/// A token's entry, which holds its hash instead of the token.
 struct TokenEntry {
   std::string name;
   Role role = Role::kNone;
@@ -33,49 +33,48 @@ struct TokenEntry {
   std::optional<WallTime> expires = {};  ///< absent = never
 };
 
-/// A name in a client's certificate, its common name or an alternative one, and what its holder
-/// may.
+/// A name in a client's certificate, common or alternative, and the role of its holder.
 struct CertificateEntry {
   std::string name;
   Role role = Role::kNone;
 };
 
-/// Rules of access.
+/// Roles of callers by token, certificate and place.
 struct AccessRules {
   std::vector<TokenEntry> tokens = {};
   std::vector<CertificateEntry> certificates = {};
-  Role local = Role::kAdmin;  ///< of callers on this machine without credentials
-  Role others = Role::kView;  ///< of callers elsewhere without credentials
+  Role local = Role::kAdmin;  ///< callers on this machine without credentials
+  Role others = Role::kView;  ///< callers on other machines without credentials
 };
 
-/// The identity that a client has proven by its certificate.
+/// The identity in a client's verified certificate.
 struct ClientCertificate {
   std::string subject;             ///< whole, as in RFC 2253
   std::vector<std::string> names;  ///< common name and alternative names
 };
 
-/// Credentials that came with a call.
+/// Credentials of a call.
 struct Credentials {
   std::optional<std::string_view> token = {};
   std::shared_ptr<const ClientCertificate> certificate = {};  ///< null = none
 };
 
-/// The caller.
+/// A caller and its role.
 struct Caller {
   enum class Problem : std::uint8_t { kNone, kWrongToken, kExpired, kTooManyAttempts };
 
-  std::string name;  ///< "token NAME" or "certificate SUBJECT"; empty = nobody in particular
+  std::string name;  ///< "token NAME" or "certificate SUBJECT"; empty = no credentials
   Role role = Role::kNone;
-  Problem problem = Problem::kNone;  ///< with the token that was given; the role is kNone then
+  Problem problem = Problem::kNone;  ///< of the given token; the role is kNone then
   Digest digest{};                   ///< of the token, for still()
   std::shared_ptr<const ClientCertificate> certificate = {};
   bool local = false;
 
-  /// For logs and audits: the name, or "nobody" with the place.
+  /// For logs and audits: the name, or "no credentials".
   [[nodiscard]] std::string text() const { return name.empty() ? "no credentials" : name; }
 };
 
-/// Why a caller may not have what it asks for.
+/// The reason why a call is refused.
 struct Refusal {
   enum class Kind : std::uint8_t { kUnauthenticated, kPermission, kTooManyAttempts };
   Kind kind;
@@ -86,9 +85,9 @@ struct AccessCounts {
   std::uint64_t unauthenticated = 0, permission = 0, too_many_attempts = 0;
 };
 
-/// Decides who may what, over gRPC and on the page, and who has guessed at tokens. After kBurst
-/// wrong ones an address waits for each further attempt, also with a right one: else a guess would
-/// be told from a token however often it is tried. Thread: any.
+/// Decides which role a caller has, over gRPC and on the page, and limits wrong tokens: after
+/// kBurst of them an address gets kTooManyAttempts for each further one above kPerSecond. A right
+/// token is never limited, so nobody can lock its holder out. Thread: any.
 class Access {
  public:
   using Clock = RateLimit::Clock;
@@ -97,20 +96,21 @@ class Access {
   explicit Access(AccessRules rules)
       : rules_(std::make_shared<const AccessRules>(std::move(rules))) {}
 
-  /// New rules from now on; who was let in by the old ones is looked at again by still().
+  /// Sets new rules; still() applies them to earlier callers.
   void replace(AccessRules rules);
 
-  /// The caller from this numeric host. A token that is wrong, or has expired, is worse than none.
+  /// The caller at this numeric host. With a wrong or expired token its role is kNone.
   [[nodiscard]] Caller identify(std::string_view host, const Credentials& credentials,
                                 WallTime now = std::chrono::system_clock::now(),
                                 Clock::time_point clock = Clock::now());
-  /// The same caller's role now: its token may have expired or been removed.
+  /// The caller's role now: its token may have expired or been removed.
   [[nodiscard]] Role still(const Caller& caller,
                            WallTime now = std::chrono::system_clock::now()) const;
-  /// Whether a caller without credentials could get more by a token.
+  /// Whether there are any tokens or certificates.
   [[nodiscard]] bool has_credentials() const;
 
-  /// Why the caller may not call what needs this role; absent = it may. Counts refusals.
+  /// The reason why the caller may not make a call that needs this role; absent = it may. Counts
+  /// refusals.
   [[nodiscard]] std::optional<Refusal> refusal(const Caller& caller, std::string_view call,
                                                Role needed);
   [[nodiscard]] AccessCounts counts() const;
@@ -121,8 +121,8 @@ class Access {
 
   mutable std::mutex mutex_;
   std::shared_ptr<const AccessRules> rules_;
-  std::map<std::string, RateLimit> attempts_;  // of the addresses that have failed of late
-  RateLimit others_{kPerSecond, kBurst};       // all together, once those are too many
+  std::map<std::string, RateLimit> attempts_;  // by address with recent wrong tokens
+  RateLimit others_{kPerSecond, kBurst};       // all other addresses, when the map is full
   AccessCounts counts_;
 };
 

@@ -21,7 +21,7 @@ Result<int> open_file(const std::string& path) {
               "access.audit_file: cannot write " + path + ": " + std::strerror(errno));
 }
 
-/// UTC, to the millisecond.
+/// The time in UTC with milliseconds.
 std::string text(std::chrono::system_clock::time_point time) {
   const auto ms =
       std::chrono::duration_cast<std::chrono::milliseconds>(time.time_since_epoch()).count();
@@ -36,7 +36,7 @@ std::string line_of(const AuditRecord& record, const api::Snapshot& snapshot) {
                                 {"command", record.command}};
   if (!record.request.empty()) object["request"] = record.request.substr(0, AuditLog::kMaxRequest);
   if (!record.outcome.empty()) object["outcome"] = record.outcome;
-  // Peers may send what is no UTF-8.
+  // Requests may hold bytes that are not UTF-8.
   return object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + '\n';
 }
 
@@ -79,7 +79,7 @@ void AuditLog::write(const AuditRecord& record) {
 Result<void> AuditLog::reopen() {
   const auto fd = open_file(path_);
   if (!fd) return tl::unexpected(fd.error());
-  // The thread may be writing to the old one: the new file takes its number.
+  // The thread may be writing, so the new file replaces the old one under its descriptor.
   const int moved = ::dup3(*fd, fd_, O_CLOEXEC);
   ::close(*fd);
   if (moved >= 0) return {};
@@ -101,25 +101,25 @@ void AuditLog::run() {
     std::deque<std::string> lines;
     std::swap(lines, waiting_);
     waiting_bytes_ = 0;
-    const std::uint64_t lost = stats_.lost - told_;
+    const std::uint64_t lost = stats_.lost - reported_;
     lock.unlock();
-    bool told = lost == 0;
-    if (!told) told = put(fd_, fmt::format("{{\"lost\":{}}}\n", lost));
+    bool reported = lost == 0;
+    if (!reported) reported = append(fd_, fmt::format("{{\"lost\":{}}}\n", lost));
     std::uint64_t written = 0;
-    for (const std::string& line : lines) written += put(fd_, line) ? 1 : 0;
+    for (const std::string& line : lines) written += append(fd_, line) ? 1 : 0;
     const bool fails = written < lines.size();
     if (fails && !failing) {
       spdlog::error("access.audit_file: cannot write {}: {}", path_, std::strerror(errno));
     }
     failing = fails;
     lock.lock();
-    if (told) told_ += lost;
+    if (reported) reported_ += lost;
     stats_.records += written;
     stats_.lost += lines.size() - written;
   }
 }
 
-bool AuditLog::put(int fd, const std::string& line) const {
+bool AuditLog::append(int fd, const std::string& line) const {
   std::size_t done = 0;
   while (done < line.size()) {
     const ssize_t written = ::write(fd, line.data() + done, line.size() - done);

@@ -15,14 +15,14 @@
 
 namespace aprsim::protocols {
 
-/// One command, and who sent it.
+/// A command and its sender.
 struct AuditRecord {
   std::string wire;     ///< listener, "grpc", "web", "modbus" or "crcl.ROBOT"
   std::string peer;     ///< address and port
   std::string who;      ///< "token NAME", "certificate SUBJECT", or "no credentials"
   std::string command;  ///< method, kind of request or type of document
   std::string request;  ///< its content, cut to AuditLog::kMaxRequest
-  std::string outcome;  ///< "ok", or why not; empty = the wire tells later
+  std::string outcome;  ///< "ok" or the error; empty = not known yet
   std::chrono::system_clock::time_point time = std::chrono::system_clock::now();
 };
 
@@ -31,15 +31,15 @@ struct AuditStats {
   std::uint64_t lost = 0;     ///< too many waited, or the file could not be written
 };
 
-/// A file of commands, one JSON object a line, written by a thread of its own. Who writes never
-/// waits for the file: what finds no room is lost and counted, and the next line that is written
-/// says how many were. Thread: any.
+/// A file of commands, one JSON object per line, written by a thread of its own. write() never
+/// blocks: commands that find no room are counted, and the next line reports how many were lost.
+/// Thread: any.
 class AuditLog {
  public:
   static constexpr std::size_t kMaxRequest = 4096;                  ///< bytes of one request
-  static constexpr std::size_t kMaxWaiting = std::size_t{4} << 20;  ///< bytes of all that waits
+  static constexpr std::size_t kMaxWaiting = std::size_t{4} << 20;  ///< bytes of all waiting lines
 
-  /// Appends to the file, which is made readable for its owner only. Errors name it.
+  /// Opens the file for appending; a new file is readable for its owner only. Errors name it.
   /// The source outlives the log.
   [[nodiscard]] static Result<std::unique_ptr<AuditLog>> open(const std::string& path,
                                                               const api::SnapshotSource& source);
@@ -48,14 +48,14 @@ class AuditLog {
   AuditLog& operator=(const AuditLog&) = delete;
 
   void write(const AuditRecord& record);
-  /// Opens the file anew, after it has been moved away. Errors leave the old one.
+  /// Reopens the path, after the file was moved away. After an error the old file stays open.
   [[nodiscard]] Result<void> reopen();
   [[nodiscard]] AuditStats stats() const;
 
  private:
   AuditLog(std::string path, int fd, const api::SnapshotSource& source);
   void run();
-  [[nodiscard]] bool put(int fd, const std::string& line) const;
+  [[nodiscard]] bool append(int fd, const std::string& line) const;
 
   const std::string path_;
   const api::SnapshotSource& source_;
@@ -65,7 +65,7 @@ class AuditLog {
   std::size_t waiting_bytes_ = 0;
   int fd_;
   AuditStats stats_;
-  std::uint64_t told_ = 0;  // of those that are lost
+  std::uint64_t reported_ = 0;  // lost commands that were reported
   bool stopping_ = false;
   std::thread thread_;
 };

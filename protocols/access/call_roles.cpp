@@ -12,7 +12,7 @@ constexpr std::array kRoles{
     CallRole{"grpc.health.v1.Health/Watch", Role::kNone},
     CallRole{"grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", Role::kNone},
 
-    // Looking
+    // Queries
     CallRole{"aprsim.v1.TelemetryService/StreamSnapshots", Role::kView},
     CallRole{"aprsim.v1.TelemetryService/GetSnapshot", Role::kView},
     CallRole{"aprsim.v1.TelemetryService/GetCell", Role::kView},
@@ -45,7 +45,7 @@ constexpr std::array kRoles{
     CallRole{"aprsim.v1.HistoryService/RemoveBookmark", Role::kOperate},
     CallRole{"aprsim.v1.HistoryService/ResumeFrom", Role::kOperate},
 
-    // Things that the cell itself would never do
+    // Interventions from outside the cell
     CallRole{"aprsim.v1.ControlService/SetIntruder", Role::kInject},
     CallRole{"aprsim.v1.ControlService/InjectFault", Role::kInject},
     CallRole{"aprsim.v1.ControlService/EndFault", Role::kInject},

@@ -7,19 +7,19 @@
 
 namespace aprsim::protocols {
 
-/// A way of asking the daemon for something, and the least role that may.
+/// A call of the daemon and the least role that may make it.
 struct CallRole {
-  /// "PACKAGE.SERVICE/METHOD" of gRPC, "aprsim.v1.ViewerRequest/FIELD" for what a page may ask, or
-  /// the path of a page that is made when it is asked for.
+  /// "PACKAGE.SERVICE/METHOD" of gRPC, "aprsim.v1.ViewerRequest/FIELD" for a request of a page, or
+  /// the path of a generated page.
   std::string_view call;
   Role role;
 };
 
-/// Every call over gRPC and from the page: the one place that says who may what. Whoever adds a
-/// method or a request adds its row; a test compares it with the messages.
+/// All calls over gRPC and from the page with their roles. A new method or request needs a row
+/// here; a test compares the rows with the messages.
 [[nodiscard]] std::span<const CallRole> call_roles();
 
-/// Role that a call needs, with or without a slash before it; kAdmin for one without a row.
+/// The role that a call needs, with or without a leading slash; kAdmin for a call without a row.
 [[nodiscard]] Role role_needed(std::string_view call);
 
 }  // namespace aprsim::protocols

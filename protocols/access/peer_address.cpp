@@ -28,7 +28,7 @@ std::string client_address(std::string_view host) {
 
 bool is_this_machine(std::string_view host) {
   const std::string address = client_address(host);
-  return address.starts_with("127.") || address == "::1";
+  return address.starts_with("127.") || address == "::1" || address == "localhost";
 }
 
 std::string_view host_of(std::string_view peer) {

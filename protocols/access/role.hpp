@@ -9,11 +9,11 @@ namespace aprsim::protocols {
 
 /// Permission of a caller; each role includes those before it.
 enum class Role : std::uint8_t {
-  kNone,     ///< ask whether the daemon is there
-  kView,     ///< look at the cell
+  kNone,     ///< query the daemon's health
+  kView,     ///< read the state of the cell
   kOperate,  ///< command robots, belt and simulated time, save and load states
-  kInject,   ///< do what the cell itself would never: faults, an intruder, things moved by hand
-  kAdmin     ///< build the cell anew, delete what others have saved, start programs
+  kInject,   ///< inject faults, place an intruder, move bodies, change the scene
+  kAdmin     ///< load another scene, delete saved states, start programs
 };
 
 inline constexpr std::array<std::string_view, 5> kRoleNames{"none", "view", "operate", "inject",
@@ -23,7 +23,7 @@ inline constexpr std::array<std::string_view, 5> kRoleNames{"none", "view", "ope
   return kRoleNames[static_cast<std::size_t>(role)];
 }
 
-/// Absent = no role is called so.
+/// Absent = no role has this name.
 [[nodiscard]] constexpr std::optional<Role> role_of(std::string_view name) {
   for (std::size_t i = 0; i < kRoleNames.size(); ++i) {
     if (kRoleNames[i] == name) return static_cast<Role>(i);

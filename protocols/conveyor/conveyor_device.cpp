@@ -5,13 +5,15 @@
 #include <chrono>
 #include <utility>
 
+#include "world/api/commands/stop_command.hpp"
+
 namespace aprsim::conveyor {
 namespace {
 
 using modbus::ExceptionCode;
 
-// Writes that the simulation has not confirmed. More than its queue can hold never gets here; this
-// bounds the memory should the simulation stop confirming.
+// Bound on writes that the simulation has not confirmed. Its queue is smaller; this bounds the
+// memory if the simulation stops confirming.
 constexpr std::size_t kMaxPending = 4096;
 
 static_assert(api::kMaxPhotoEyes == modbus::kPhotoEyes);
@@ -45,6 +47,16 @@ ExceptionCode exception_for(const Error& error) {
 
 std::size_t offset(std::uint16_t address) {
   return static_cast<std::size_t>(address - modbus::kFirstAddress);
+}
+
+/// `word` outlives the request.
+modbus::Request single_register(std::uint16_t address, const std::array<std::uint8_t, 2>& word) {
+  modbus::Request single;
+  single.function = modbus::Function::kWriteSingleRegister;
+  single.address = address;
+  single.quantity = 1;
+  single.data = word;
+  return single;
 }
 
 }  // namespace
@@ -120,22 +132,31 @@ void ConveyorDevice::keep_or_forget_speed(const modbus::ConveyorReadings& readin
 }
 
 modbus::Checked<api::Ticket> ConveyorDevice::write(const modbus::Request& request) {
-  if (request.function == modbus::Function::kMaskWriteRegister) return write_masked(request);
-  return write_values(request);
+  if (request.function != modbus::Function::kMaskWriteRegister) return write_values(request);
+  const auto word = masked_word(request);
+  return write_values(single_register(request.address, word));
 }
 
-modbus::Checked<api::Ticket> ConveyorDevice::write_masked(const modbus::Request& request) {
+bool ConveyorDevice::is_stop(const modbus::Request& request) const {
+  if (!request.is_write()) return false;
+  const bool masked = request.function == modbus::Function::kMaskWriteRegister;
+  const auto word = masked ? masked_word(request) : std::array<std::uint8_t, 2>{};
+  const auto wanted =
+      modbus::decode_write(masked ? single_register(request.address, word) : request, scaling_);
+  return wanted && api::is_stop(command_of(*wanted));
+}
+
+void ConveyorDevice::show(api::Ticket ticket) {
+  for (const PendingWrite& write : pending_) {
+    if (write.ticket <= ticket) commit(write);
+  }
+}
+
+std::array<std::uint8_t, 2> ConveyorDevice::masked_word(const modbus::Request& request) const {
   const unsigned now = latest_word(request.address);
   const unsigned and_mask = request.word(0), or_mask = request.word(1);
   const unsigned value = (now & and_mask) | (or_mask & ~and_mask);
-  const std::array<std::uint8_t, 2> data{static_cast<std::uint8_t>((value >> 8) & 0xFF),
-                                         static_cast<std::uint8_t>(value & 0xFF)};
-  modbus::Request single;
-  single.function = modbus::Function::kWriteSingleRegister;
-  single.address = request.address;
-  single.quantity = 1;
-  single.data = data;
-  return write_values(single);
+  return {static_cast<std::uint8_t>((value >> 8) & 0xFF), static_cast<std::uint8_t>(value & 0xFF)};
 }
 
 std::uint16_t ConveyorDevice::latest_word(std::uint16_t address) const {
@@ -156,22 +177,24 @@ modbus::Checked<api::Ticket> ConveyorDevice::write_values(const modbus::Request&
   for (std::uint16_t i = 0; i < request.quantity; ++i) {
     write.values.push_back(write.coils ? std::uint16_t{request.bit(i)} : request.word(i));
   }
-  // With a watchdog, every write is a sign of life that the drive has to hear of.
+  // Every write resets the watchdog, so the drive must receive it.
   const bool sign_of_life = watchdog_s_ > 0 && has_conveyor_;
   if (wanted->empty() && !sign_of_life) {
     commit(write);
     return api::Ticket{0};
   }
-  const auto ticket = submit(*wanted);
+  const auto ticket = submit(command_of(*wanted));
   if (!ticket) return ticket;
+  if (pending_.size() >= kMaxPending) {
+    commit(write);
+    return ticket;
+  }
   write.ticket = *ticket;
   pending_.push_back(std::move(write));
   return ticket;
 }
 
-modbus::Checked<api::Ticket> ConveyorDevice::submit(const modbus::ConveyorWrite& wanted) {
-  if (!has_conveyor_) return tl::unexpected(ExceptionCode::kServerDeviceFailure);
-  if (pending_.size() >= kMaxPending) return tl::unexpected(ExceptionCode::kServerDeviceBusy);
+api::ConveyorCommand ConveyorDevice::command_of(const modbus::ConveyorWrite& wanted) const {
   api::ConveyorCommand command;
   command.run = wanted.run;
   command.forward = wanted.forward;
@@ -179,6 +202,14 @@ modbus::Checked<api::Ticket> ConveyorDevice::submit(const modbus::ConveyorWrite&
   command.emergency_stop = wanted.emergency_stop;
   command.fault_reset = wanted.fault_reset;
   if (watchdog_s_ > 0) command.watchdog_s = watchdog_s_;
+  return command;
+}
+
+modbus::Checked<api::Ticket> ConveyorDevice::submit(const api::ConveyorCommand& command) {
+  if (!has_conveyor_) return tl::unexpected(ExceptionCode::kServerDeviceFailure);
+  if (pending_.size() >= kMaxPending && !api::is_stop(command)) {
+    return tl::unexpected(ExceptionCode::kServerDeviceBusy);
+  }
   const auto ticket = sink_.submit({endpoint_, command});
   if (!ticket) return tl::unexpected(exception_for(ticket.error()));
   return *ticket;

@@ -17,11 +17,11 @@ namespace {
 
 constexpr std::size_t kMaxDescriptionBytes = 4096, kMaxMessageLog = 200;
 
-// A program of settings alone keeps neither the others waiting nor a core busy: so many commands at
-// once, so many a second.
+// Bounds the commands of a program, so that one of settings alone blocks no client and no core: a
+// burst, then a rate.
 constexpr double kProgramBurst = 64, kProgramCommandsPerS = 1000;
 
-// Commands that end an uploaded program: those that the robot cannot do beside another one.
+// Commands that end an uploaded program: the robot cannot execute them beside another one.
 bool ends_program(const crcl::CommandBody& body) {
   return crcl::holds_any_of<crcl::InitCanon, crcl::EndCanon, crcl::StopMotion, crcl::MoveTo,
                             crcl::MoveThroughTo, crcl::MoveScrew, crcl::ActuateJoints,
@@ -31,7 +31,7 @@ bool ends_program(const crcl::CommandBody& body) {
 
 }  // namespace
 
-// Carries out one admitted command.
+// Executes one admitted command.
 struct CommandExecutor::Visitor {
   CommandExecutor& robot;
   const Caller& caller;
@@ -47,13 +47,13 @@ struct CommandExecutor::Visitor {
     if (ticket) lifecycle.open_session(*ticket);
   }
 
+  // Motion ends; the robot stays initialised, as by NIST's servers.
   void operator()(const crcl::EndCanon&) {
     if (!lifecycle.session_open()) return lifecycle.done();
-    lifecycle.end_session();
     submit(api::EndRobot{});
   }
 
-  // Outside a session nothing of ours moves, and a robot may refuse commands then.
+  // Outside a session there is no motion to stop, and the robot refuses commands.
   void operator()(const crcl::StopMotion& stop) {
     if (!lifecycle.session_open()) return lifecycle.done();
     submit(to_action(stop));
@@ -97,11 +97,10 @@ struct CommandExecutor::Visitor {
   void operator()(const crcl::ActuateJoints& command) {
     auto targets = to_targets(command, settings, robot.joints_, robot.tolerances_);
     if (!targets) return lifecycle.latch_error(targets.error().message);
-    const auto note =
-        fit(*targets, robot.joints_, robot.options_.clamp_targets, settings.joint_unit());
+    const auto note = fit(*targets, robot.joints_, robot.clamps_targets(), settings.joint_unit());
     if (!note) return lifecycle.latch_error(note.error().message);
     api::MoveJoints action = robot.joints_.to_move(*targets);
-    // Numbers that no joint has move nothing.
+    // Joint numbers that the robot does not have are ignored.
     if (action.targets.empty() && !targets->empty()) return lifecycle.done();
     submit(std::move(action));
     lifecycle.append_note(*note);
@@ -117,7 +116,7 @@ struct CommandExecutor::Visitor {
     submit(*action);
   }
 
-  // Done at once: whatever comes next finds it applied.
+  // Done at once: the robot applies it before any later command.
   void operator()(const crcl::SetRate& set) {
     const Result<api::SetMotionLimit> action = to_action(set.which, set.rate, settings);
     if (!action) return lifecycle.latch_error(action.error().message);
@@ -192,7 +191,7 @@ struct CommandExecutor::Visitor {
   int joint_count() const { return robot.joints_.count(); }
 
   Result<std::optional<std::string>> fit_pose(Pose& X_RT) const {
-    return fit(X_RT, robot.limits_, robot.options_.clamp_targets, settings.units().length);
+    return fit(X_RT, robot.limits_, robot.clamps_targets(), settings.units().length);
   }
 
   // A setting carries no guards.
@@ -200,7 +199,9 @@ struct CommandExecutor::Visitor {
     std::vector<api::Guard> carried;
     if (!api::is_setting(action)) carried = std::exchange(guards, {});
     Result<api::Ticket> ticket = robot.submitter_.submit(action, std::move(carried));
-    lifecycle.submitted(action, ticket);
+    const bool at_once =
+        std::holds_alternative<api::SetGripper>(action) && !settings.waits_for_end_effector();
+    lifecycle.submitted(action, ticket, at_once);
     return ticket;
   }
 
@@ -213,7 +214,7 @@ struct CommandExecutor::Visitor {
   void refuse_loop() const {
     lifecycle.latch_error(
         lifecycle.type() +
-        " stands only within a program: send the whole CRCLProgram, or expand the loop.");
+        " is valid only within a program: send the whole CRCLProgram, or expand the loop.");
   }
 
   template <typename Configuration>
@@ -271,13 +272,23 @@ void CommandExecutor::refuse(const std::string& type, std::int64_t id, const std
 }
 
 void CommandExecutor::bad_document(const std::string& reason) {
+  stop_robot();
+  if (!lifecycle_.in_error()) lifecycle_.latch_error(reason);
+}
+
+void CommandExecutor::client_lost(const Caller& caller, const std::string& reason) {
+  stop_robot();
+  if (lifecycle_.in_error()) return;
+  lifecycle_.fail("The connection of " + caller.peer + " was lost: " + reason);
+}
+
+void CommandExecutor::stop_robot() {
   observe(*source_.latest());
   program_.reset();
   if (lifecycle_.session_open()) {
     const auto stopped = submitter_.submit(api::StopMotion{api::StopKind::kFast});
     if (!stopped) spdlog::error("{}: cannot stop: {}", name(), stopped.error().message);
   }
-  if (!lifecycle_.in_error()) lifecycle_.latch_error(reason);
 }
 
 void CommandExecutor::carry_out(const crcl::CommandInstance& instance, const Caller& caller) {
@@ -297,7 +308,7 @@ void CommandExecutor::carry_out(const crcl::CommandInstance& instance, const Cal
   Visitor visitor{*this, caller, *std::move(guards)};
   std::visit(visitor, command.body);
   if (!visitor.guards.empty()) {
-    // The command is over before anything could be looked at.
+    // The command ended before a guard could be checked.
     if (required && !lifecycle_.in_error()) {
       lifecycle_.latch_error(lifecycle_.type() + " ended without the required guard trigger.");
     }
@@ -355,7 +366,7 @@ void CommandExecutor::client_gone(const Caller& caller) {
   program_.reset();
 }
 
-// Whether the program's next command may begin; ends the program that cannot go on.
+// Whether the program's next command may begin; ends a program that cannot continue.
 bool CommandExecutor::step_done(const api::Snapshot& snapshot) {
   const std::optional<Submission> step = program_->pending();
   if (!step) return true;
@@ -387,7 +398,7 @@ void CommandExecutor::observe(const api::Snapshot& snapshot) {
   program_pace_ = protocols::RateLimit(kProgramCommandsPerS, kProgramBurst);
 }
 
-/// The same robot may stand elsewhere, count its joints otherwise and have other tools.
+// A changed scene may move the robot, or change its joint conventions and tools.
 void CommandExecutor::follow_scene(const api::Snapshot& snapshot) {
   const auto& now = snapshot.cell->scene_text;
   const auto before = cell_->scene_text;

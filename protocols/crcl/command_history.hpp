@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
-#include <optional>
+#include <ranges>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "world/api/values/ticket.hpp"
 
@@ -18,32 +18,41 @@ struct Submission {
   bool done_when_applied = false;  ///< else once the robot reports its action done
 };
 
-/// Which of a robot's CRCL commands a ticket was, for the latest ones: a saved state brings back
-/// the ticket of what the robot was doing. Thread: the server's.
+/// The latest CRCL commands of a robot by ticket: a saved state contains the ticket of the robot's
+/// command. Thread: the server's.
 class CommandHistory {
  public:
   struct Entry {
     Submission submission;
     std::int64_t command_id = 0;
-    std::string type;  ///< of the command
+    std::string type;                 ///< of the command
+    std::optional<std::string> name;  ///< of its status
   };
 
   /// Tickets rise.
   void add(Entry entry) {
-    if (entries_.size() >= kKept) entries_.pop_front();
-    entries_.push_back(std::move(entry));
+    entries_[next_] = std::move(entry);
+    next_ = (next_ + 1) % kKept;
+    count_ = std::min(count_ + 1, kKept);
   }
 
-  /// Null when it is none of ours, or long ago.
+  /// Null if the ticket belongs to another interface, or is too old.
   [[nodiscard]] const Entry* find(api::Ticket ticket) const {
-    const auto at = std::ranges::lower_bound(
-        entries_, ticket, {}, [](const Entry& entry) { return entry.submission.ticket; });
-    return at != entries_.end() && at->submission.ticket == ticket ? &*at : nullptr;
+    const auto range = std::views::iota(std::size_t{0}, count_);
+    const auto ticket_of = [this](std::size_t index) { return at(index).submission.ticket; };
+    const auto found = std::ranges::lower_bound(range, ticket, {}, ticket_of);
+    return found != range.end() && ticket_of(*found) == ticket ? &at(*found) : nullptr;
   }
 
  private:
   static constexpr std::size_t kKept = 16384;
-  std::deque<Entry> entries_;
+  /// 0 = the oldest.
+  [[nodiscard]] const Entry& at(std::size_t index) const {
+    return entries_[(next_ + kKept - count_ + index) % kKept];
+  }
+
+  std::vector<Entry> entries_ = std::vector<Entry>(kKept);  ///< a ring, allocated at once
+  std::size_t next_ = 0, count_ = 0;
 };
 
 }  // namespace aprsim::crcl_server

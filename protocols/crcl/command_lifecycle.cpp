@@ -6,12 +6,13 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include "crcl/text.hpp"
 #include "world/api/commands/beside_motion.hpp"
 
 namespace aprsim::crcl_server {
 namespace {
 
-// Commands that change only what this listener keeps.
+// Commands that change only settings of this listener.
 bool is_local(const crcl::CommandBody& body) {
   return crcl::holds_any_of<crcl::SetUnits, crcl::ConfigureJointReports,
                             crcl::ConfigureStatusReport, crcl::SetEndPoseTolerance,
@@ -19,12 +20,24 @@ bool is_local(const crcl::CommandBody& body) {
                             crcl::EnableSensor, crcl::DisableSensor>(body);
 }
 
-// Commands that begin, end or stop, which no state forbids.
+// Commands that begin, end or stop; they are admitted in every state.
 bool is_always_admitted(const crcl::CommandBody& body) {
   return crcl::holds_any_of<crcl::InitCanon, crcl::EndCanon, crcl::StopMotion>(body);
 }
 
-// A motion that the robot has taken, and which has ended in any way.
+// The Name of a command's status, as NIST's servers make it.
+std::string reported_name(const std::string& type, const std::optional<std::string>& name) {
+  constexpr std::size_t kMaxBytes = 120;
+  if (!name || name->starts_with(type)) return type;
+  std::string whole = type + *name;
+  if (whole.size() <= kMaxBytes) return whole;
+  constexpr std::size_t kDots = 3;  // shorten() ends with them
+  whole = crcl::shorten(whole, kMaxBytes);
+  whole.resize(whole.size() - kDots);
+  return whole;
+}
+
+// Whether a motion that the robot has accepted has ended in any way.
 bool is_over(const Submission& motion, const api::RobotSnapshot& robot) {
   if (robot.action.ticket < motion.ticket) return false;
   const bool latest = robot.action.ticket == motion.ticket;
@@ -44,8 +57,9 @@ CommandLifecycle::CommandLifecycle(protocols::LimitedLog& log, const JointMap& j
 }
 
 void CommandLifecycle::begin(std::string type, const crcl::CommandInstance& instance) {
-  latest_.name = std::move(type);
+  latest_.name = reported_name(type, instance.command.name);
   latest_.command_id = instance.command.id;
+  type_ = std::move(type);
   latest_.description.reset();
   latest_.program_file = instance.program_file;
   latest_.program_index = instance.program_index;
@@ -55,10 +69,7 @@ void CommandLifecycle::begin(std::string type, const crcl::CommandInstance& inst
 
 bool CommandLifecycle::admits(const crcl::CommandBody& body) {
   if (is_always_admitted(body)) return true;
-  // After EndCanon only what does not concern the robot.
-  const bool harmless = is_local(body) || std::holds_alternative<crcl::Message>(body);
-  const bool in_session = session_ == Session::kOpen || (session_ == Session::kEnded && harmless);
-  if (!in_session) {
+  if (!session_open_) {
     if (!error_) {
       latch_error("Not initialized when cmd=" + type() + " received. Send InitCanon first.");
     }
@@ -73,23 +84,23 @@ void CommandLifecycle::clear_error() {
 }
 
 void CommandLifecycle::open_session(api::Ticket ticket) {
-  session_ = Session::kOpen;
+  session_open_ = true;
   initialized_at_ = ticket;
 }
 
-bool CommandLifecycle::submitted(const api::RobotAction& action,
-                                 const Result<api::Ticket>& ticket) {
+bool CommandLifecycle::submitted(const api::RobotAction& action, const Result<api::Ticket>& ticket,
+                                 bool at_once) {
   if (!ticket) {
-    latch_error(type() + " not taken: " + ticket.error().message);
+    latch_error(type() + " not accepted: " + ticket.error().message);
     return false;
   }
-  // EndCanon is over at once: the robot may still brake.
+  // EndCanon is done at once, although the robot may still brake.
   const bool done_when_applied =
-      api::is_setting(action) || std::holds_alternative<api::EndRobot>(action);
+      at_once || api::is_setting(action) || std::holds_alternative<api::EndRobot>(action);
   submission_ = {*ticket, done_when_applied};
   progress_ = Progress::kWaiting;
   if (done_when_applied) last_setting_ = *ticket;
-  history_.add({submission_, latest_.command_id, type()});
+  history_.add({submission_, latest_.command_id, type_, latest_.name});
   if (api::leaves_motion(action)) return true;
   if (motion_) {
     const std::string ended =
@@ -98,7 +109,7 @@ bool CommandLifecycle::submitted(const api::RobotAction& action,
     describe(ended);
     motion_.reset();
   }
-  if (api::is_move(action)) motion_ = {submission_, latest_.command_id, type()};
+  if (api::is_move(action)) motion_ = {submission_, latest_.command_id, type_, latest_.name};
   return true;
 }
 
@@ -113,7 +124,7 @@ void CommandLifecycle::append_note(const std::optional<std::string>& note) {
   describe(*note);
 }
 
-// Beside what the description says already.
+// Appends to the description.
 void CommandLifecycle::describe(const std::string& text) {
   if (error_ || text.empty()) return;
   latest_.description = latest_.description ? *latest_.description + "; " + text : text;
@@ -121,16 +132,14 @@ void CommandLifecycle::describe(const std::string& text) {
 
 void CommandLifecycle::latch_error(std::string reason) {
   if (refusals_) {
-    refusals_->refused(log_.name(),
-                       fmt::format("{}: {}", latest_.name.value_or("no command"), reason));
+    refusals_->refused(log_.name(), fmt::format("{}: {}", type_, reason));
   }
   latch(std::move(reason));
 }
 
 void CommandLifecycle::latch(std::string reason) {
-  if (reason.empty()) reason = "The robot gives no reason.";
-  log_.warn(
-      fmt::format("{} {}: {}", latest_.name.value_or("no command"), latest_.command_id, reason));
+  if (reason.empty()) reason = "The robot has given no reason.";
+  log_.warn(fmt::format("{} {}: {}", type_, latest_.command_id, reason));
   error_ = reason;
   latest_.description = std::move(reason);
 }
@@ -154,8 +163,8 @@ bool CommandLifecycle::observe(const api::Snapshot& snapshot) {
   return new_epoch;
 }
 
-// A robot of a cell that was reset has taken no command yet; that of a saved state has taken one
-// that the world has applied before.
+// After a reset the robot has executed no command. In a saved state it has executed one that the
+// world has applied before.
 void CommandLifecycle::begin_epoch(const api::Snapshot& snapshot) {
   epoch_ = snapshot.epoch;
   initialized_at_ = 0;
@@ -174,18 +183,14 @@ void CommandLifecycle::begin_epoch(const api::Snapshot& snapshot) {
 }
 
 void CommandLifecycle::after_reset(bool interrupted) {
-  session_ = Session::kNever;
+  session_open_ = false;
   latest_.description = "The cell was reset.";
   if (interrupted) latch("The cell was reset before " + type() + " ended.");
 }
 
-// The robot is in the session and at the command of the saved state.
+// Session and command are those of the saved state.
 void CommandLifecycle::after_load(const api::RobotSnapshot& robot, bool interrupted) {
-  if (robot.initialized || has_failed(robot)) {
-    session_ = Session::kOpen;
-  } else {
-    session_ = robot.action.kind == api::ActionKind::kEnd ? Session::kEnded : Session::kNever;
-  }
+  session_open_ = robot.initialized || has_failed(robot);
   latest_.description = "The cell went on from a saved state.";
   const CommandHistory::Entry* command = history_.find(robot.action.ticket);
   if (command == nullptr) {
@@ -193,8 +198,9 @@ void CommandLifecycle::after_load(const api::RobotSnapshot& robot, bool interrup
     if (interrupted) latch("A saved state was loaded before " + type() + " ended.");
     return;
   }
-  latest_.name = command->type;
+  latest_.name = command->name;
   latest_.command_id = command->command_id;
+  type_ = command->type;
   latest_.program_file.reset();
   latest_.program_index.reset();
   latest_.program_length.reset();

@@ -16,22 +16,22 @@
 
 namespace aprsim::crcl_server {
 
-/// The state machine of one robot's CRCL side: the session, the latest command with its ticket and
-/// state, the error held until InitCanon. The rules are those of CrclServer. Submits nothing.
-/// Thread: the server's.
+/// The state machine of one robot's CRCL port: the session, the latest command with its ticket and
+/// state, the error that is held until InitCanon. The rules are those of CrclServer. Submits no
+/// commands itself. Thread: the server's.
 class CommandLifecycle {
  public:
   /// State of a submission.
   enum class Outcome {
     kPending,
     kDone,
-    kBesideSetting,  ///< a setting of ours hides it in the robot's report; on the robot it goes on
+    kBesideSetting,  ///< hidden by a setting in the robot's report; it continues
     kReplaced,       ///< by a command from another interface
   };
 
   /// `log` and `joints`, by which the robot's messages are explained, outlive this; `robot` indexes
-  /// Snapshot::robots; `epoch` is the snapshot's. `refusals` hears of what is refused; it outlives
-  /// this, null = nobody does.
+  /// Snapshot::robots; `epoch` is the snapshot's. `refusals` is notified of refused commands; it
+  /// outlives this, null = nobody is.
   CommandLifecycle(protocols::LimitedLog& log, const JointMap& joints, int robot,
                    std::uint64_t epoch, protocols::RefusalSink* refusals = nullptr);
 
@@ -39,33 +39,37 @@ class CommandLifecycle {
 
   /// A new latest command. `type` is its type in the schema.
   void begin(std::string type, const crcl::CommandInstance& instance);
-  /// Whether session and error allow it; outside a session an error is latched.
+  /// Whether session and error allow the command; outside a session an error is latched.
   [[nodiscard]] bool admits(const crcl::CommandBody& body);
   void clear_error();
   void open_session(api::Ticket ticket);
-  void end_session() { session_ = Session::kEnded; }
 
   // Their outcome.
 
-  /// The latest command is under way as `action`. A refused ticket is an error: false. A motion
-  /// that it ends before its target is told of in its description, and logged.
-  bool submitted(const api::RobotAction& action, const Result<api::Ticket>& ticket);
+  /// The latest command is under way as `action`; `at_once`: it is done as soon as the robot has
+  /// it. A refused ticket is an error: false. The description and the log name a motion that ends
+  /// before its target because of it.
+  bool submitted(const api::RobotAction& action, const Result<api::Ticket>& ticket, bool at_once);
   void done(std::optional<std::string> description = std::nullopt);
-  /// Shows the note, if any, with the command that is under way.
+  /// Adds the note, if any, to the description of the present command.
   void append_note(const std::optional<std::string>& note);
   /// The command is refused.
   void latch_error(std::string reason);
+  /// An error that no command has caused.
+  void fail(std::string reason) { latch(std::move(reason)); }
 
-  /// Brings all up to date with the world. True when the cell has been reset or a saved state
-  /// loaded since the last call.
+  /// Updates the state from the world. True if the cell was reset or a saved state was loaded since
+  /// the last call.
   [[nodiscard]] bool observe(const api::Snapshot& snapshot);
 
   [[nodiscard]] Outcome outcome_of(const Submission& command, const api::Snapshot& snapshot) const;
   /// The submission that the latest command waits for.
   [[nodiscard]] std::optional<Submission> pending() const;
-  [[nodiscard]] bool session_open() const { return session_ == Session::kOpen; }
+  /// Since the first InitCanon; EndCanon leaves it open, as on NIST's servers.
+  [[nodiscard]] bool session_open() const { return session_open_; }
   [[nodiscard]] bool in_error() const { return error_.has_value(); }
-  [[nodiscard]] const std::string& type() const { return *latest_.name; }
+  /// The latest command's type in the schema.
+  [[nodiscard]] const std::string& type() const { return type_; }
   [[nodiscard]] std::int64_t command_id() const { return latest_.command_id; }
 
   /// State of the latest command. `program_runs` as below.
@@ -74,7 +78,6 @@ class CommandLifecycle {
   [[nodiscard]] crcl::CommandStatus next_status(bool program_runs);
 
  private:
-  enum class Session { kNever, kOpen, kEnded };  // InitCanon .. EndCanon
   enum class Progress { kReady, kDone, kWaiting };
 
   void begin_epoch(const api::Snapshot& snapshot);
@@ -93,16 +96,17 @@ class CommandLifecycle {
   int robot_;
   std::uint64_t epoch_;
 
-  Session session_ = Session::kNever;
-  crcl::CommandStatus latest_;  // ids, type and program position of the latest command
+  bool session_open_ = false;
+  crcl::CommandStatus latest_;  // ids, name and program position of the latest command
+  std::string type_ = "no command";
   Progress progress_ = Progress::kReady;
   Submission submission_;             // while kWaiting
   std::optional<std::string> error_;  // held until InitCanon
-  api::Ticket initialized_at_ = 0;    // the world's errors before this InitCanon are over
-  api::Ticket last_setting_ = 0;      // the latest one that changes no motion
-  api::Ticket applied_ = 0;           // the world has applied all up to this one
+  api::Ticket initialized_at_ = 0;    // earlier errors of the world are cleared
+  api::Ticket last_setting_ = 0;      // the latest command that changes no motion
+  api::Ticket applied_ = 0;           // the world has applied all commands up to this one
   CommandHistory history_;
-  std::optional<CommandHistory::Entry> motion_;  // that goes on beside the commands after it
+  std::optional<CommandHistory::Entry> motion_;  // that continues beside later commands
 };
 
 }  // namespace aprsim::crcl_server

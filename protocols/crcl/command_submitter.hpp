@@ -12,7 +12,7 @@
 
 namespace aprsim::crcl_server {
 
-/// Submits one robot's actions and remembers the limits that it has set until snapshots show them.
+/// Submits one robot's actions. Keeps the limits that it has set until snapshots contain them.
 /// Thread: the server's.
 class CommandSubmitter {
  public:
@@ -22,7 +22,7 @@ class CommandSubmitter {
   [[nodiscard]] Result<api::Ticket> submit(api::RobotAction action,
                                            std::vector<api::Guard> guards = {});
 
-  /// A limit as clients have set it, also where the snapshot does not show that yet.
+  /// A limit as clients have set it, even if the snapshot does not contain it yet.
   [[nodiscard]] api::LimitSetting limit(api::MotionLimit which,
                                         const api::Snapshot& snapshot) const;
 

@@ -11,6 +11,7 @@
 #include <boost/asio/post.hpp>
 
 #include "protocols/net/foreign_protocol.hpp"
+#include "protocols/net/peer_end.hpp"
 
 namespace aprsim::crcl_server {
 namespace {
@@ -19,7 +20,7 @@ namespace asio = boost::asio;
 using boost::system::error_code;
 
 constexpr int kSendBufferBytes = 64 * 1024;
-// A peer that pipelines gets no more than this before the others have their turn.
+// Documents of a pipelining peer that are processed before the other clients have their turn.
 constexpr int kDocumentsPerTurn = 16;
 
 }  // namespace
@@ -106,19 +107,19 @@ void CrclConnection::read() {
 
 void CrclConnection::on_read(const error_code& error, std::size_t size) {
   if (closed_) return;
+  if (error && error != asio::error::eof) return end_with(error);
   if (error) {
-    executor_.log().info(peer() + " disconnected" +
-                         (error == asio::error::eof ? "" : " (" + error.message() + ")"));
+    executor_.log().info(peer() + " disconnected");
     end_ = "by the client";
     // A peer that has only finished sending may still wait for its statuses.
-    return error == asio::error::eof ? drain() : close();
+    return drain();
   }
   if (draining_) return;
   read_at_ = std::chrono::steady_clock::now();
   error_code ignored;
   idle_timer_.cancel(ignored);
   const std::string_view bytes(input_.data(), size);
-  // Bytes of a web page are nobody's command, and no error of the robot's.
+  // Bytes of a web page are no command, and no error of the robot.
   if (!heard_) {
     const std::string_view protocol = protocols::foreign_protocol(bytes);
     if (!protocol.empty()) return drop("it speaks " + std::string(protocol) + ", not CRCL");
@@ -129,17 +130,18 @@ void CrclConnection::on_read(const error_code& error, std::size_t size) {
 }
 
 // Existing clients leave Nagle's algorithm on and follow a command, which has no answer, with a
-// GetStatus: that would wait some 40 ms for the delayed acknowledgement of the command. The option
-// lasts only for a while, so it is set whenever all that came has been handled.
+// GetStatus. That would wait some 40 ms for the delayed acknowledgement of the command. The option
+// is temporary, so it is set before each read.
 void CrclConnection::acknowledge_at_once() {
   const int on = 1;
   (void)::setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_QUICKACK, &on, sizeof on);
 }
 
-// Goes on with the documents at hand, a few at a time; reads on when there are none. While the peer
-// has too many statuses to take, on_room() comes back here; while the session holds something back,
-// that does.
+// Processes buffered documents, a few at a time, and reads when there are none. on_room() resumes
+// it when the peer has taken statuses; on_taken() does when the session has processed a delayed
+// document.
 void CrclConnection::process() {
+  if (closed_ || draining_ || !follow_peer()) return;
   for (int i = 0; i < kDocumentsPerTurn; ++i) {
     full_ = !has_room();
     if (closed_ || draining_ || full_ || session_.busy()) return;
@@ -159,13 +161,55 @@ void CrclConnection::process() {
   asio::post(socket_.get_executor(), [self = shared_from_this()] { self->process(); });
 }
 
-// However the rest drips in, it has to be there in time.
+// Follows the peer's end as soon as the system knows of it: bytes before it may be unread. A closed
+// peer still gets its statuses, and what it sent last is executed: a turn of commands, or none if
+// reading pauses. False: the connection has ended.
+bool CrclConnection::follow_peer() {
+  const auto noticed = protocols::notice_peer_end(socket_.native_handle());
+  if (noticed && noticed->error != asio::error::eof) {
+    end_with(noticed->error);
+    return false;
+  }
+  if (noticed && !std::exchange(peer_closed_, true)) {
+    last_commands_ = is_paused() ? 0 : kDocumentsPerTurn;
+  }
+  return true;
+}
+
+void CrclConnection::notice_end() {
+  if (!closed_ && !draining_ && is_paused()) (void)follow_peer();
+}
+
+bool CrclConnection::admits_command() {
+  if (!peer_closed_) return true;
+  if (last_commands_ > 0) {
+    --last_commands_;
+    return true;
+  }
+  executor_.log().warn(peer() + " has closed: its unread commands are dropped");
+  end_ = "by the client";
+  drain();
+  return false;
+}
+
+// A controller that was killed or cut off leaves its robot without supervision, so the robot stops,
+// as by NIST's servers.
+void CrclConnection::end_with(const error_code& error) {
+  if (closed_) return;
+  executor_.log().info(peer() + " disconnected (" + error.message() + ")");
+  end_ = "by the client";
+  const bool lost = protocols::peer_end(error) == protocols::PeerEnd::kLost;
+  if (lost && session_.has_commanded()) executor_.client_lost(session_.caller(), error.message());
+  close();
+}
+
+// The deadline is that of the whole document, however slowly its bytes arrive.
 void CrclConnection::watch_document(bool incomplete) {
   if (incomplete == incomplete_) return;
   incomplete_ = incomplete;
   error_code ignored;
   if (incomplete) {
-    watch(document_timer_, options_.document_timeout, "a document stayed incomplete");
+    watch(document_timer_, options_.document_timeout, "a document was not complete in time");
   } else {
     document_timer_.cancel(ignored);
   }
@@ -176,7 +220,7 @@ void CrclConnection::refuse(const std::string& reason) {
   drain();
 }
 
-// Nothing is read meanwhile, but a client that is gone shall not have others left behind.
+// Nothing is read meanwhile, but time must not wait for a client that is gone.
 void CrclConnection::watch_end() {
   if (std::exchange(watches_end_, true)) return;
   socket_.async_wait(
@@ -193,7 +237,7 @@ void CrclConnection::watch_end() {
 
 void CrclConnection::send(Answer answer) {
   output_ += answer.document;
-  // On its way before it is traced.
+  // Sent before it is traced.
   if (!blocked_) flush();
   trace_.sent(answer.document);
 }
@@ -212,15 +256,15 @@ void CrclConnection::on_room() {
   if (full_ && has_room()) process();
 }
 
-// Sends at once what the peer takes, which is nearly always all, and waits with the rest.
+// Sends as much as the peer takes, nearly always everything, and waits with the rest.
 void CrclConnection::flush() {
   error_code error;
   const std::size_t sent = socket_.write_some(asio::buffer(output_), error);
   output_.erase(0, sent);
-  if (error && error != asio::error::would_block) return close();
+  if (error && error != asio::error::would_block) return end_with(error);
   if (output_.empty()) return;
   blocked_ = true;
-  watch(write_timer_, options_.write_timeout, "takes none of its pending statuses");
+  watch(write_timer_, options_.write_timeout, "it did not take its pending statuses in time");
   socket_.async_wait(
       asio::ip::tcp::socket::wait_write,
       [self = shared_from_this()](const error_code& failed) { self->on_writable(failed); });
@@ -228,7 +272,7 @@ void CrclConnection::flush() {
 
 void CrclConnection::on_writable(const error_code& error) {
   if (closed_) return;
-  if (error) return close();
+  if (error) return end_with(error);
   error_code ignored;
   write_timer_.cancel(ignored);
   blocked_ = false;

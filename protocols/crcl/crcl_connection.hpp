@@ -17,8 +17,8 @@
 namespace aprsim::crcl_server {
 
 /// One client's socket: frames its bytes and carries the documents of its session.
-/// While the peer does not take its statuses nothing more is read from it, so that what is kept
-/// for it is bounded. Keeps itself alive while an operation is pending. Thread: the server's.
+/// Reading pauses while the peer does not take its statuses, so that the memory for it is
+/// bounded. Keeps itself alive while an operation is pending. Thread: the server's.
 class CrclConnection final : public SessionWire,
                              public std::enable_shared_from_this<CrclConnection> {
  public:
@@ -31,15 +31,18 @@ class CrclConnection final : public SessionWire,
                  CrclCounters& counters, std::function<void()> on_time, OnEnd on_end);
 
   void start();
-  /// Takes no further commands, closes once pending statuses are out.
+  /// Accepts no further commands; closes once pending statuses are sent.
   void drain();
   /// Closes at once.
   void close();
-  void evict() { drop("its place is needed"); }
-  /// As if the wire were cut.
+  void evict() { drop("evicted for a new client"); }
+  /// Closes as if the wire were cut.
   void break_off() { drop("an injected fault"); }
-  /// The same, and it is not let in again for a while.
+  /// The same, and the client may not pace virtual time again for a while.
   void exclude();
+  /// Checks whether the peer has closed or was lost while nothing is read from it. To be called
+  /// every few milliseconds.
+  void notice_end();
 
   [[nodiscard]] protocols::ConnectionLimiter::Slot& slot() { return slot_; }
   [[nodiscard]] const std::string& peer() const { return session_.caller().peer; }
@@ -52,6 +55,7 @@ class CrclConnection final : public SessionWire,
   [[nodiscard]] bool carries_documents() const override { return true; }
   [[nodiscard]] bool closed() const override { return closed_; }
   [[nodiscard]] bool ended() const override { return closed_ || draining_; }
+  [[nodiscard]] bool admits_command() override;
   void send(Answer answer) override;
   void send_half(Answer answer) override;
   void on_room() override;
@@ -64,6 +68,9 @@ class CrclConnection final : public SessionWire,
   void on_read(const boost::system::error_code& error, std::size_t size);
   void acknowledge_at_once();
   void process();
+  [[nodiscard]] bool is_paused() const { return full_ || session_.busy(); }
+  [[nodiscard]] bool follow_peer();
+  void end_with(const boost::system::error_code& error);
   void watch_document(bool incomplete);
   /// Nothing is left to send.
   [[nodiscard]] bool all_sent() const { return output_.empty() && session_.all_sent(); }
@@ -88,13 +95,15 @@ class CrclConnection final : public SessionWire,
   bool heard_ = false;  // anything yet
   std::array<char, 8192> input_{};
   std::string output_;        // statuses, or the rest of one, that the peer has not read yet
-  bool watches_end_ = false;  // of what the peer sends, while the session waits for virtual time
+  bool watches_end_ = false;  // of the peer's input, while the session waits for virtual time
   boost::asio::steady_timer write_timer_, idle_timer_, document_timer_;
   bool incomplete_ = false;  // the beginning of a document waits for its rest
   std::chrono::steady_clock::time_point read_at_{};  // the latest bytes
   bool blocked_ = false;                             // waiting for the peer to take more
-  bool full_ = false;                                // nothing more is handled until then
-  bool draining_ = false;                            // nothing more is taken from the peer
+  bool full_ = false;                                // no document is processed until then
+  bool draining_ = false;                            // no input is accepted any more
+  bool peer_closed_ = false;                         // it has closed; unread bytes may be left
+  int last_commands_ = 0;                            // commands still taken from it then
   bool closed_ = false;
 };
 

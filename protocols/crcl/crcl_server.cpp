@@ -19,7 +19,7 @@ namespace aprsim::crcl_server {
 namespace {
 
 constexpr auto kProgramPeriod = std::chrono::milliseconds(1);
-/// How often snapshots are asked for injected faults of the port.
+/// Period of checking injected faults of the port, and peers that nothing is read from.
 constexpr auto kFaultPeriod = std::chrono::milliseconds(10);
 
 CommandExecutorOptions executor_options(const CrclServerOptions& options) {
@@ -102,7 +102,7 @@ class CrclServer::Impl {
 
   [[nodiscard]] const std::string& robot() const { return robot_; }
 
-  // Sessions are counted where they are opened; all else of them is the server's thread's.
+  // Sessions are counted by the opening thread; the rest runs on the server's thread.
   Result<std::shared_ptr<protocols::RobotSession>> open(
       protocols::RobotSessionOptions asked, std::shared_ptr<protocols::RobotClient> client) {
     if (stopping_) return fail(ErrorCode::kUnavailable, executor_.name(), "the port is closed");
@@ -122,7 +122,7 @@ class CrclServer::Impl {
     boost::asio::post(service_.io(), [this, session] {
       sessions_[session.get()] = session;
       if (stopping_) session->end(ErrorCode::kUnavailable, "the robot's port closes");
-      if (closed_) session->end(ErrorCode::kUnavailable, "the robot's controller starts anew");
+      if (closed_) session->end(ErrorCode::kUnavailable, "the robot's controller restarts");
     });
     return session;
   }
@@ -134,7 +134,7 @@ class CrclServer::Impl {
     for (const auto& [key, session] : all) visit(*session);
   }
 
-  // A program goes on though no client asks for anything.
+  // A program continues without any request of a client.
   void schedule_program() {
     if (options_.listener.virtual_time) return ask_for_program();
     program_timer_.expires_after(kProgramPeriod);
@@ -150,14 +150,14 @@ class CrclServer::Impl {
     program_pacer_.leave();
   }
 
-  // In virtual time it has its turn at instants of the cell's.
+  // In virtual time it advances at instants of the cell.
   void ask_for_program() {
     program_pacer_.join({executor_.name(), api::PacerKind::kProgram, options_.listener.endpoint});
     if (program_pacer_.joined())
       program_pacer_.after(kProgramPeriod, [this] { advance_program(); });
   }
 
-  // A client that paces sees them where it stands, and not between.
+  // A pacing client sees faults only at its own instants.
   [[nodiscard]] bool somebody_paces() {
     bool paces = false;
     service_.for_each([&](const CrclConnection& connection) { paces |= connection.paces(); });
@@ -169,10 +169,11 @@ class CrclServer::Impl {
     fault_timer_.async_wait([this](const boost::system::error_code& cancelled) {
       if (!cancelled && !service_.draining()) watch_faults();
     });
+    service_.for_each([](CrclConnection& connection) { connection.notice_end(); });
     if (!options_.listener.virtual_time || !somebody_paces()) follow_faults();
   }
 
-  // A controller that starts anew closes its port; a dropped connection may come back at once.
+  // A restarting controller closes its port; a dropped connection may return at once.
   void follow_faults() {
     const api::SnapshotPtr now = source_.latest();
     if (now->faults == followed_ && now->epoch == epoch_) return;
@@ -184,7 +185,7 @@ class CrclServer::Impl {
     if (closed && !closed_) {
       service_.for_each([](CrclConnection& connection) { connection.exclude(); });
       for_each_session([](PortSession& session) {
-        session.end(ErrorCode::kUnavailable, "the robot's controller starts anew");
+        session.end(ErrorCode::kUnavailable, "the robot's controller restarts");
       });
     } else if (drop) {
       service_.for_each([](CrclConnection& connection) { connection.break_off(); });

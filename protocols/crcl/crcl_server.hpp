@@ -29,36 +29,39 @@ struct CrclServerOptions {
   /// Joint positions, speeds and accelerations are in degrees whatever SetAngleUnits says, as in
   /// the reference servers, whose clients count on it; false: they follow the connection's unit.
   bool joints_in_degrees = true;
-  /// Documents that the schema does not allow are answered like broken ones; else they are taken as
-  /// far as they can be understood.
+  /// Documents that violate the schema are treated like broken ones; else they are accepted as far
+  /// as they can be decoded.
   bool strict = false;
   /// Targets beyond joint or Cartesian limits are moved onto them, with a note in the
-  /// StateDescription; else they are refused.
-  bool clamp_targets = false;
-  /// Where the tool point may be sent, in the robot's reference frame [m]; its reach when absent.
+  /// StateDescription; else they are refused. Absent = as the scene's robot does.
+  std::optional<bool> clamp_targets;
+  /// Box of allowed tool points in the robot's reference frame [m]; absent = the robot's reach.
   std::optional<Eigen::Vector3d> cartesian_min_R, cartesian_max_R;
+  /// SetEndEffector is done once the gripper has settled. By default it is done as soon as the
+  /// robot has it, as on NIST's servers.
+  bool wait_for_end_effector = false;
   std::size_t max_message_bytes = 65'536;
   std::size_t max_program_bytes = 1'048'576;  ///< of a whole CRCLProgram
-  /// A program ends when the client that sent it disconnects, after the command under way; else it
-  /// goes on to its end.
+  /// A program ends when its client disconnects, after the present command; else it continues to
+  /// its end.
   bool end_program_with_client = false;
   /// Statuses kept for one connection before its next commands wait [bytes].
   std::size_t max_output_bytes = 65'536;
-  /// A connection whose peer takes none of its pending statuses for so long is closed.
+  /// A connection whose peer takes no pending status for this time is closed.
   std::chrono::milliseconds write_timeout{5000};
-  /// A document must be complete this long after its first byte, however it drips.
+  /// A document must be complete this long after its first byte.
   std::chrono::milliseconds document_timeout{10'000};
-  /// Closes a connection that has sent nothing for so long; 0 = never.
+  /// Closes a connection without input for this time; 0 = never.
   std::chrono::milliseconds idle_timeout{0};
   protocols::WireTap* tap = nullptr;  ///< sees the documents; outlives the server
 };
 
 struct CrclServerStats {
-  std::uint64_t accepted = 0;  ///< connections taken
+  std::uint64_t accepted = 0;  ///< accepted connections
   std::uint64_t refused = 0;   ///< connections closed at once: over the limit
-  std::uint64_t dropped = 0;   ///< connections we ended: bad XML, too large, stalled, idle
+  std::uint64_t dropped = 0;   ///< connections closed by us: bad XML, too large, stalled, idle
   std::uint64_t open = 0;      ///< connections now
-  std::uint64_t commands = 0;  ///< documents and messages taken, GetStatus included
+  std::uint64_t commands = 0;  ///< documents and messages received, GetStatus included
   std::uint64_t statuses = 0;  ///< statuses answered
   api::DurationHistogram::Counts answer_times;  ///< from GetStatus to its status, in this process
 };
@@ -70,14 +73,20 @@ struct CrclServerStats {
 /// status answers each GetStatus, in order, and nothing else is ever sent. All connections may
 /// command; the latest command wins.
 ///
-/// Where existing servers differ, this one: reports CommandID -1 and CRCL_Ready before the first
-/// command; holds an error until InitCanon, answering commands in between with that error under
-/// their own id; executes ids that repeat or go down; keeps units over InitCanon; refuses all but
-/// InitCanon, EndCanon, StopMotion and GetStatus before InitCanon and, as the schema says, after
-/// EndCanon; clamps SetEndEffector and relative rates to 0..1; executes a CRCLProgram document that
-/// is sent whole, and one in the text of a RunProgram command. A GripperStatus (off by default)
-/// gives the pad separation in the connection's length unit. A broken document stops the robot and
-/// closes the connection that sent it; the error shows on the others.
+/// Choices where existing servers differ (protocols/CONTROLLERS.md gives the reasons):
+/// - CommandID -1 and CRCL_Ready before the first command.
+/// - An error is held until InitCanon. Commands in between get that error under their own id.
+/// - Ids that repeat or go down are executed.
+/// - Before InitCanon only InitCanon, EndCanon, StopMotion and GetStatus are accepted. EndCanon
+/// ends
+///   motion and leaves the robot initialised. Units stay over InitCanon.
+/// - SetEndEffector and relative rates are clamped to 0..1.
+/// - A CRCLProgram document is executed, also in the text of a RunProgram command.
+/// - GripperStatus is off by default. Its separation is in the connection's length unit.
+/// - A broken document stops the robot and closes its connection; the other connections see the
+///   error. So does a connection that has commanded and is reset or times out.
+/// - A connection that its client closes leaves the motion running. At most one turn of its unread
+///   commands is executed.
 class CrclServer final : public protocols::RobotPort {
  public:
   /// Keeps references to both; they must outlive the server.

@@ -14,7 +14,7 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 
-// Size that a status counts for where no document of it is made.
+// Assumed size of a status without a document.
 constexpr std::size_t kUsualStatusBytes = 2048;
 
 }  // namespace
@@ -33,7 +33,9 @@ CrclSession::CrclSession(const CrclServerOptions& options, CommandExecutor& exec
       late_(io, {[this](Answer answer) { wire_.send(std::move(answer)); },
                  [this] { wire_.on_room(); }}),
       pacer_(virtual_time, io),
-      pause_timer_(io) {}
+      pause_timer_(io) {
+  if (options.wait_for_end_effector) caller_.settings->wait_for_end_effector();
+}
 
 void CrclSession::close() {
   pacer_.leave();
@@ -53,7 +55,7 @@ void CrclSession::take(Received received, std::chrono::steady_clock::time_point 
   guarded([&] { handle(received); });
 }
 
-// Failures are this peer's loss, not the others'.
+// An exception ends this peer's connection only.
 void CrclSession::guarded(const std::function<void()>& work) {
   try {
     work();
@@ -62,7 +64,7 @@ void CrclSession::guarded(const std::function<void()>& work) {
   }
 }
 
-// An injected fault: the document is taken later, and nothing after it before.
+// An injected fault: the document is processed later, and later ones after it.
 void CrclSession::pause(Received received, std::chrono::nanoseconds time) {
   paused_ = true;
   pause_timer_.expires_after(time);
@@ -77,7 +79,7 @@ void CrclSession::pause(Received received, std::chrono::nanoseconds time) {
 
 void CrclSession::handle(const Received& received) {
   if (const auto* command = std::get_if<CommandDocument>(&received)) {
-    // A watcher of polls sees every document, so it is read anew.
+    // While polls are tapped, every document is decoded.
     if (command->text == get_status_ && !polls_tapped()) return poll();
   }
   if (polls_tapped()) received_ = std::chrono::steady_clock::now();
@@ -129,7 +131,7 @@ void CrclSession::handle_command(const crcl::Result<crcl::CommandInstance>& comm
   tap_command(std::string(crcl::type_name(command->command.body)), command->command.id, "",
               document);
   if (std::holds_alternative<crcl::GetStatus>(command->command.body)) return poll();
-  executor_.execute(*command, caller_);
+  if (admits_command()) executor_.execute(*command, caller_);
 }
 
 void CrclSession::handle_program(const crcl::Result<crcl::Program>& program,
@@ -139,13 +141,19 @@ void CrclSession::handle_program(const crcl::Result<crcl::Program>& program,
     return handle_undecodable(program.error());
   }
   tap_command("CRCLProgramType", 0, "", document);
-  executor_.execute(*program, caller_);
+  if (admits_command()) executor_.execute(*program, caller_);
+}
+
+bool CrclSession::admits_command() {
+  commanded_ = true;
+  return wire_.admits_command();
 }
 
 void CrclSession::handle_undecodable(const crcl::Error& error) {
   if (error.kind != crcl::ErrorKind::kBadValue) return fail(error);
   // One status answers each GetStatus, whatever its id looks like.
   if (error.command_type == "GetStatusType") return poll();
+  if (!admits_command()) return;
   executor_.refuse(error.command_type, error.command_id.value_or(0), error.message());
 }
 
@@ -156,21 +164,21 @@ void CrclSession::fail(const crcl::Error& error) {
   wire_.refuse(error.message());
 }
 
-// Polls are the clock: in virtual time each takes its period, and its status is of the end of that.
+// Polls are the clock: in virtual time each takes its period, and its status is of the end of it.
 void CrclSession::poll() {
   join_time(true);
   if (!pacer_.joined()) return answer_status();
   after(pacer_.poll_period() + executor_.faults().late_status, [this] { answer_status(); });
 }
 
-// Where pacers are declared, with the first document; else with the first poll.
+// Declared pacers join with the first document, others with the first poll.
 void CrclSession::join_time(bool polls) {
   const std::string& role = executor_.name();
   if (!polls && !pacer_.is_registered(role)) return;
   pacer_.join({role, api::PacerKind::kClient, options_.listener.endpoint});
 }
 
-// Nothing of this session is handled before.
+// No other document of this session is processed before.
 void CrclSession::after(SimTime span, std::function<void()> then) {
   pacer_.after(span,
                [this, wire = std::weak_ptr<SessionWire>(wire_.hold()), then = std::move(then)] {
@@ -188,6 +196,8 @@ void CrclSession::after(SimTime span, std::function<void()> then) {
 void CrclSession::answer_status() {
   Answer answer{executor_.status(*caller_.settings), {}};
   if (wire_.carries_documents() || polls_tapped()) {
+    // NIST's servers send an empty description where there is none.
+    answer.status.command.description = answer.status.command.description.value_or("");
     answer.document = crcl::encode_status(answer.status);
   }
   tap_status(answer.status.command, answer.document);
@@ -225,7 +235,7 @@ void CrclSession::tap_command(std::string type, std::int64_t id, std::string fau
                       .data = document});
 }
 
-// The first status that tells the end of a command stands with the commands, without its document.
+// The first status that reports the end of a command is listed with the commands, without document.
 void CrclSession::tap_status(const crcl::CommandStatus& status, const std::string& document) {
   if (!options_.tap) return;
   protocols::WireEvent event{.source = executor_.name(),

@@ -55,6 +55,8 @@ class SessionWire {
   [[nodiscard]] virtual bool closed() const = 0;
   /// Nothing more is taken from the client.
   [[nodiscard]] virtual bool ended() const = 0;
+  /// Whether the next command is executed. A client that is gone has its unread ones dropped.
+  [[nodiscard]] virtual bool admits_command() = 0;
   virtual void send(Answer answer) = 0;
   /// An injected fault: half of it, and no more.
   virtual void send_half(Answer answer) = 0;
@@ -97,6 +99,8 @@ class CrclSession {
   [[nodiscard]] bool waits_for_time() const { return pacer_.waiting(); }
   /// Whether its polls pass virtual time.
   [[nodiscard]] bool paces() const { return pacer_.joined(); }
+  /// Whether the client has sent anything but GetStatus.
+  [[nodiscard]] bool has_commanded() const { return commanded_; }
   /// Not let in again for a while.
   void exclude() { pacer_.exclude(); }
   /// No more of anything. Again: nothing.
@@ -113,6 +117,7 @@ class CrclSession {
                       const std::string& document);
   void handle_program(const crcl::Result<crcl::Program>& program, const std::string& document);
   void handle_undecodable(const crcl::Error& error);
+  [[nodiscard]] bool admits_command();
   [[nodiscard]] bool refused_by_schema(const std::string& document);
   void poll();
   void answer_status();
@@ -135,6 +140,7 @@ class CrclSession {
   std::string get_status_;  // the latest GetStatus, which clients repeat byte for byte
   protocols::DelayedReplies<Answer> late_;  // statuses that an injected fault holds back
   protocols::TimePacer pacer_;
+  bool commanded_ = false;
   bool paused_ = false;  // an injected fault holds back the document at hand
   boost::asio::steady_timer pause_timer_;
   std::chrono::steady_clock::time_point read_at_{},  // the bytes of the document at hand

@@ -9,6 +9,8 @@
 #include <Eigen/LU>
 #include <spdlog/fmt/fmt.h>
 
+#include "protocols/crcl/significant_digits.hpp"
+
 namespace aprsim::crcl_server {
 namespace {
 
@@ -45,8 +47,8 @@ bool names(const std::string& text, const std::string& word) {
   return false;
 }
 
-// The sum of what is set, by the size of its share in the arm's joint; nothing where one of them is
-// free.
+// The sum of the values that are set, weighted by their shares in the arm's joint; empty if one is
+// unset.
 std::optional<double> sum_of(const std::vector<WireTarget>& targets, const Eigen::MatrixXd& to_arm,
                              Eigen::Index row, std::optional<double> WireTarget::*value) {
   double sum = 0;
@@ -117,6 +119,11 @@ double JointMap::from_rad(int number, double rad, crcl::AngleUnit unit) const {
   return counts > 0 ? rad * counts : crcl::from_si(rad, unit);
 }
 
+double JointMap::reported(int number, double rad, crcl::AngleUnit unit) const {
+  const bool pulses = at(number).counts_per_rad > 0;
+  return rounded(from_rad(number, rad, unit), pulses ? kPulseDecimals : decimals_of(unit));
+}
+
 std::string_view JointMap::unit_name(int number, crcl::AngleUnit unit) const {
   return at(number).counts_per_rad > 0 ? std::string_view("pulse") : crcl::name_of(unit);
 }
@@ -177,7 +184,7 @@ api::MoveJoints JointMap::to_move(const std::vector<WireTarget>& targets) const 
     out.torque = own->torque;
     out.tolerance_rad = own->tolerance_rad;
   };
-  // The joints that are named, then those that go with them.
+  // The named joints, then those coupled with them.
   for (const WireTarget& target : targets) {
     if (arm_joint(target.number) >= 0) add(arm_joint(target.number), &target);
   }

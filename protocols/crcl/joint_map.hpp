@@ -44,6 +44,8 @@ class JointMap {
 
   [[nodiscard]] double to_rad(int number, double value, crcl::AngleUnit unit) const;
   [[nodiscard]] double from_rad(int number, double rad, crcl::AngleUnit unit) const;
+  /// As from_rad(), with the digits that carry meaning.
+  [[nodiscard]] double reported(int number, double rad, crcl::AngleUnit unit) const;
   /// "degree", "pulse".
   [[nodiscard]] std::string_view unit_name(int number, crcl::AngleUnit unit) const;
 

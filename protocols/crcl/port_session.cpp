@@ -9,7 +9,7 @@ namespace {
 
 using boost::system::error_code;
 
-/// How often is looked whether a command is over.
+/// Period of checking whether a command is over.
 constexpr auto kOverPeriod = std::chrono::milliseconds(1);
 
 }  // namespace
@@ -27,6 +27,8 @@ PortSession::PortSession(const protocols::RobotSessionOptions& asked,
       report_timer_(io),
       over_timer_(io) {
   ConnectionSettings& settings = *session_.caller().settings;
+  settings.wait_for_end_effector();
+  settings.report_everything();
   if (asked.length) settings.apply(crcl::SetUnits{*asked.length});
   if (asked.angle) settings.apply(crcl::SetUnits{*asked.angle});
   if (asked.force) settings.apply(crcl::SetUnits{*asked.force});
@@ -108,7 +110,7 @@ void PortSession::report() {
 
 void PortSession::send(Answer answer) { client_->on_status(answer.status); }
 
-// The session has logged and counted it.
+// The session has already logged and counted the fault.
 void PortSession::refuse(const std::string& reason) { end(ErrorCode::kInvalidArgument, reason); }
 
 void PortSession::drop(const std::string& reason) {

@@ -14,8 +14,9 @@
 
 namespace aprsim::crcl_server {
 
-/// A session whose client is in this process: another listener, which speaks for a client of its
-/// own. Does not pace virtual time. Keeps itself alive while an operation is pending.
+/// A session whose client is in this process: another listener, on behalf of its own client.
+/// SetEndEffector is over once the gripper has settled, and statuses hold every part.
+/// Does not pace virtual time. Keeps itself alive while an operation is pending.
 class PortSession final : public protocols::RobotSession,
                           public SessionWire,
                           public std::enable_shared_from_this<PortSession> {
@@ -47,6 +48,7 @@ class PortSession final : public protocols::RobotSession,
   [[nodiscard]] bool carries_documents() const override { return false; }
   [[nodiscard]] bool closed() const override { return closed_; }
   [[nodiscard]] bool ended() const override { return closed_; }
+  [[nodiscard]] bool admits_command() override { return !closed_; }
   void send(Answer answer) override;
   void send_half(Answer /*answer*/) override { break_off(); }
   void on_room() override {}
@@ -69,7 +71,7 @@ class PortSession final : public protocols::RobotSession,
   boost::asio::steady_timer report_timer_, over_timer_;
   std::chrono::nanoseconds period_{};  // of statuses
   bool taking_ = false;                // what the client has sent
-  bool executes_ = false;              // the client is told when what it has sent is over
+  bool executes_ = false;              // the client is notified of the end of its command
   std::uint64_t command_ = 0;          // the executor's count of it
   bool closed_ = false;
 };

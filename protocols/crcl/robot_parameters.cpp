@@ -24,6 +24,12 @@ tl::unexpected<Error> bad_setting(std::string_view name, std::string message) {
   return fail(ErrorCode::kInvalidArgument, std::string(name), std::move(message));
 }
 
+std::optional<ExtraReport> extra_report(std::string_view name) {
+  const auto found = std::ranges::find(kExtraReports, name);
+  if (found == kExtraReports.end()) return std::nullopt;
+  return static_cast<ExtraReport>(found - kExtraReports.begin());
+}
+
 // An xs:NMTOKEN.
 std::string token(std::string text) {
   for (char& c : text) {
@@ -175,16 +181,21 @@ RobotParameters::Outcome RobotParameters::apply(const crcl::DisableSensor& comma
 }
 
 RobotParameters::Outcome RobotParameters::apply(const crcl::EnableRobotParameterStatus& command,
-                                                ConnectionSettings&) {
+                                                ConnectionSettings& settings) {
   const std::string& name = command.parameter;
+  if (const auto part = extra_report(name)) {
+    settings.report(*part, true);
+    return nothing_left();
+  }
   const bool readable = is_reading(name) || name == parameter::kSpeedOverride;
   if (!readable && !robot_.contains(name)) {
     return bad_setting(
         "RobotParameterName",
-        fmt::format("Unknown robot parameter {}; there are {}, {}, {}, {} and those "
+        fmt::format("Unknown robot parameter {}; there are {}, {}, {}, {}, {} and those "
                     "that have been set",
                     crcl::shorten(name), parameter::kSpeedOverride, parameter::kSimulatedTime,
-                    parameter::kProtectiveStop, parameter::kDrives));
+                    parameter::kProtectiveStop, parameter::kDrives,
+                    fmt::join(kExtraReports, ", ")));
   }
   hidden_.erase(name);
   if (readable) shown_.insert(name);
@@ -192,7 +203,11 @@ RobotParameters::Outcome RobotParameters::apply(const crcl::EnableRobotParameter
 }
 
 RobotParameters::Outcome RobotParameters::apply(const crcl::DisableRobotParameterStatus& command,
-                                                ConnectionSettings&) {
+                                                ConnectionSettings& settings) {
+  if (const auto part = extra_report(command.parameter)) {
+    settings.report(*part, false);
+    return nothing_left();
+  }
   shown_.erase(command.parameter);
   if (robot_.contains(command.parameter)) hidden_.insert(command.parameter);
   return nothing_left();

@@ -17,7 +17,7 @@
 
 namespace aprsim::crcl_server {
 
-/// Robot parameters with a meaning.
+/// Robot parameters with an effect or a reading.
 namespace parameter {
 inline constexpr std::string_view kSpeedOverride = "speed_override";
 inline constexpr std::string_view kSimulatedTime = "simulated_time";
@@ -25,16 +25,16 @@ inline constexpr std::string_view kProtectiveStop = "protective_stop", kDrives =
 }  // namespace parameter
 
 /// Parameters, sensors, gripper reports and motion coordination of one robot, shared by all its
-/// connections. What a client sets is kept over InitCanon.
+/// connections. Settings of clients are kept over InitCanon.
 ///
 /// End effector parameters with an effect: `force`, of each finger, in the connection's force unit;
 /// `pressure`, the same as a fraction of the supply's. Robot parameters with an effect:
 /// `speed_override`, in percent. Robot parameters that can be read when their report is enabled:
-/// `simulated_time` [s], `protective_stop`, `drives` (on, off). Any other parameter is kept and
-/// reported as it was set.
+/// `simulated_time` [s], `protective_stop`, `drives` (on, off). The names of kExtraReports stand
+/// for parts of a connection's statuses. Any other parameter is kept and reported as it was set.
 class RobotParameters {
  public:
-  /// The rest of the work: an action for the robot, or nothing.
+  /// The action to submit to the robot, if any.
   using Outcome = Result<std::optional<api::RobotAction>>;
 
   /// `tools` that the robot may have, `beams` of the cell's light curtain, 0 = none.

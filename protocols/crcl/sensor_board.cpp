@@ -9,6 +9,7 @@
 
 #include "crcl/text.hpp"
 #include "protocols/crcl/parameter_limits.hpp"
+#include "protocols/crcl/significant_digits.hpp"
 #include "world/api/snapshot/signal_value.hpp"
 
 namespace aprsim::crcl_server {
@@ -44,11 +45,11 @@ crcl::Vector forces(SignalKind kind, Quantity quantity, const api::RobotSnapshot
 double in_unit(double si, Quantity quantity, const crcl::Units& units) {
   switch (quantity) {
     case Quantity::kLength:
-      return crcl::from_si(si, units.length);
+      return reported(si, units.length);
     case Quantity::kForce:
-      return crcl::from_si(si, units.force);
+      return reported(si, units.force);
     case Quantity::kTorque:
-      return crcl::from_si(si, units.torque);
+      return reported(si, units.torque);
     case Quantity::kNone:
       break;
   }
@@ -156,12 +157,9 @@ void SensorBoard::add_beams(crcl::SensorStatuses& out, const crcl::SensorReading
   }
 }
 
-std::optional<crcl::SensorStatuses> SensorBoard::statuses(const api::Snapshot& snapshot,
-                                                          std::size_t index,
-                                                          std::int32_t read_count,
-                                                          std::int64_t time_ms,
-                                                          const crcl::Units& units) const {
-  if (enabled_.empty()) return std::nullopt;
+crcl::SensorStatuses SensorBoard::statuses(const api::Snapshot& snapshot, std::size_t index,
+                                           std::int32_t read_count, std::int64_t time_ms,
+                                           const crcl::Units& units) const {
   const api::RobotSnapshot& robot = snapshot.robots[index];
   crcl::SensorStatuses out;
   for (const Enabled& entry : enabled_) {

@@ -20,7 +20,7 @@ namespace aprsim::crcl_server {
 /// Quantity of a reading, for its unit.
 enum class Quantity { kNone, kLength, kForce, kTorque };
 
-/// The SI value in the connection's unit, and back.
+/// The SI value in the connection's unit, as statuses have it, and back.
 [[nodiscard]] double in_unit(double si, Quantity quantity, const crcl::Units& units);
 [[nodiscard]] double in_si(double value, Quantity quantity, const crcl::Units& units);
 
@@ -29,7 +29,7 @@ struct SensorSignal {
   Quantity quantity = Quantity::kNone;
 };
 
-/// The sensors of one robot: which there are, which have been enabled, what they read.
+/// The sensors of one robot: those available, those enabled, and their readings.
 ///
 /// force_torque          contact forces on the tool in the robot's frame, with the weight and
 ///                       inertia of what it holds; also MotoFit, ForceTorqueSim and
@@ -46,8 +46,8 @@ class SensorBoard {
   /// `beams` of the cell's light curtain, 0 = none.
   SensorBoard(JointMap joints, int beams) : joints_(std::move(joints)), beams_(beams) {}
 
-  /// Reports the sensor from now on, under the name by which it was enabled. kNotFound lists the
-  /// sensors that there are.
+  /// Reports the sensor from now on, under the name by which it was enabled. Error kNotFound lists
+  /// the available sensors.
   [[nodiscard]] Result<void> enable(const crcl::EnableSensor& command);
   [[nodiscard]] Result<void> disable(const crcl::DisableSensor& command);
 
@@ -56,13 +56,10 @@ class SensorBoard {
   [[nodiscard]] Result<SensorSignal> find(const std::string& sensor_id,
                                           const std::optional<std::string>& sub_field) const;
 
-  /// The enabled sensors, in the order of their enabling within each kind; nothing when there is
-  /// none. `time_ms` since 1970.
-  [[nodiscard]] std::optional<crcl::SensorStatuses> statuses(const api::Snapshot& snapshot,
-                                                             std::size_t robot,
-                                                             std::int32_t read_count,
-                                                             std::int64_t time_ms,
-                                                             const crcl::Units& units) const;
+  /// The enabled sensors, in the order of their enabling within each kind. `time_ms` since 1970.
+  [[nodiscard]] crcl::SensorStatuses statuses(const api::Snapshot& snapshot, std::size_t robot,
+                                              std::int32_t read_count, std::int64_t time_ms,
+                                              const crcl::Units& units) const;
 
  private:
   enum class Kind { kForceTorqueR, kForceTorqueT, kOnOff, kScalar };

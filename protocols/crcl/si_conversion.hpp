@@ -29,9 +29,9 @@ struct Tolerances {
 [[nodiscard]] api::PoseTolerance in_si(const crcl::PoseTolerance& tolerance,
                                        const crcl::Units& units);
 
-/// Poses are those of the tool in the robot's reference frame. What a pose sets for itself goes
-/// with it; `tolerances` are those of poses and joints without one of their own. Errors name the
-/// element, the value and its limit.
+/// Poses are those of the tool in the robot's reference frame. A pose's own settings are kept;
+/// `tolerances` are for poses and joints without their own. Errors name the element, the value and
+/// its limit.
 [[nodiscard]] Result<api::MoveTo> to_action(const crcl::MoveTo& move,
                                             const ConnectionSettings& units,
                                             const Tolerances& tolerances);
@@ -49,8 +49,8 @@ struct Tolerances {
                                                          const JointMap& joints,
                                                          const Tolerances& tolerances);
 
-/// Refuses a tolerance below 0 and a joint number below 1. Numbers beyond the robot's joints are in
-/// order, as on NIST's servers: the APRS framework sends eight to every robot.
+/// Refuses a tolerance below 0 and a joint number below 1. Numbers beyond the robot's joints are
+/// valid, as on NIST's servers: the APRS framework sends eight to every robot.
 [[nodiscard]] Result<void> check(const crcl::PoseTolerance& tolerance);
 [[nodiscard]] Result<void> check(const std::vector<crcl::JointTolerance>& tolerances);
 
@@ -61,7 +61,7 @@ struct Tolerances {
 
 [[nodiscard]] api::StopMotion to_action(const crcl::StopMotion& stop);
 
-/// A fraction above 1 becomes 1; what is not above 0 is an error.
+/// A fraction above 1 becomes 1; 0 and less are errors.
 [[nodiscard]] Result<api::SetMotionLimit> to_action(crcl::RateKind which, const crcl::Rate& rate,
                                                     const ConnectionSettings& units);
 
@@ -71,7 +71,7 @@ struct Tolerances {
                                                         const SensorBoard& sensors,
                                                         const crcl::Units& units);
 
-/// Guards of the robot's latest guarded command, for statuses in anybody's units.
+/// Guards of the robot's latest guarded command, for statuses in the units of any connection.
 struct GuardedCommand {
   struct Entry {
     crcl::Guard guard;  ///< its limit in SI; without counts and readings
@@ -87,19 +87,19 @@ struct GuardedCommand {
 
 // Targets outside the limits that a robot reports, before the robot plans.
 
-/// Where the tool point may be sent, in the robot's reference frame [m].
+/// Box of allowed tool points in the robot's reference frame [m].
 struct CartesianLimits {
   Eigen::Vector3d min_R = Eigen::Vector3d::Zero(), max_R = Eigen::Vector3d::Zero();
 };
 
-/// The robot's reach, narrowed by what the configuration gives.
+/// The robot's reach, narrowed by the configured limits.
 [[nodiscard]] CartesianLimits cartesian_limits(const api::RobotDescription& robot,
                                                const std::optional<Eigen::Vector3d>& min_R,
                                                const std::optional<Eigen::Vector3d>& max_R);
 
-/// Moves the target onto the nearest point within the limits when `clamp`, and then says what it
-/// did; else refuses a target outside, naming axis, value, limit and unit. Nothing to say when the
-/// target is within. The robot itself still refuses what it cannot reach.
+/// With `clamp`, moves a target outside the limits to the nearest point within and returns a note.
+/// Else a target outside is an error that names axis, value, limit and unit. Empty for a target
+/// within. The robot itself still refuses targets that it cannot reach.
 [[nodiscard]] Result<std::optional<std::string>> fit(Pose& X_RT, const CartesianLimits& limits,
                                                      bool clamp, crcl::LengthUnit unit);
 /// The same for the ranges of joints; those of the arm alone are left to the robot when not

@@ -12,18 +12,19 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include "protocols/crcl/significant_digits.hpp"
+
 namespace aprsim::crcl_server {
 namespace {
 
-using crcl::from_si;
-
 crcl::Rate rate_in(const api::LimitSetting& limit, auto unit) {
-  return {limit.relative, limit.relative ? limit.value : from_si(limit.value, unit)};
+  return {limit.relative,
+          limit.relative ? rounded(limit.value, kRatioDecimals) : reported(limit.value, unit)};
 }
 
 std::optional<double> in_unit(const std::optional<double>& si, auto unit) {
   if (!si) return std::nullopt;
-  return from_si(*si, unit);
+  return reported(*si, unit);
 }
 
 std::optional<crcl::PoseTolerance> in_units(const std::optional<api::PoseTolerance>& si,
@@ -35,7 +36,7 @@ std::optional<crcl::PoseTolerance> in_units(const std::optional<api::PoseToleran
 }
 
 crcl::Vector in_unit(const Eigen::Vector3d& si, auto unit) {
-  return {from_si(si.x(), unit), from_si(si.y(), unit), from_si(si.z(), unit)};
+  return {reported(si.x(), unit), reported(si.y(), unit), reported(si.z(), unit)};
 }
 
 std::string sign(double value) { return value > 0 ? "+" : "-"; }
@@ -55,7 +56,7 @@ std::string configuration(const api::Posture& posture, int joint_count, const Jo
   };
   return fmt::format("{}, {}, {}, elbow at {:.3f} {}", side(1, posture.shoulder),
                      side(3, posture.elbow), side(5, posture.wrist),
-                     from_si(posture.elbow_rad, unit), crcl::name_of(unit));
+                     reported(posture.elbow_rad, unit), crcl::name_of(unit));
 }
 
 std::vector<crcl::JointLimits> joint_limits(const api::RobotDescription& robot,
@@ -67,16 +68,16 @@ std::vector<crcl::JointLimits> joint_limits(const api::RobotDescription& robot,
     const auto& joint = robot.joints[static_cast<std::size_t>(joints.arm_joint(number))];
     const api::AngleRange range = joints.range(number);
     const auto in_unit = [&](double rad) {
-      return joints.from_rad(number, rad, settings.joint_unit());
+      return joints.reported(number, rad, settings.joint_unit());
     };
     limits.push_back({number, in_unit(range.lower_rad), in_unit(range.upper_rad),
-                      from_si(joint.max_torque_nm, settings.units().torque),
+                      reported(joint.max_torque_nm, settings.units().torque),
                       in_unit(joint.max_speed_rad_s)});
   }
   return limits;
 }
 
-// Only joints of which the connection wants anything. A number that no joint has reads 0.
+// Only joints that the connection reports. A number that no joint has reads 0.
 std::vector<crcl::JointStatus> joint_statuses(const api::RobotSnapshot& robot, int joint_count,
                                               const JointMap& joints,
                                               const ConnectionSettings& settings) {
@@ -93,40 +94,50 @@ std::vector<crcl::JointStatus> joint_statuses(const api::RobotSnapshot& robot, i
     if (!wanted.position && !wanted.torque && !wanted.velocity) continue;
     crcl::JointStatus& status = statuses.emplace_back();
     status.joint = number;
-    if (wanted.position) status.position = joints.from_rad(number, angles(number - 1), unit);
-    if (wanted.velocity) status.velocity = joints.from_rad(number, rates(number - 1), unit);
+    if (wanted.position) status.position = joints.reported(number, angles(number - 1), unit);
+    if (wanted.velocity) status.velocity = joints.reported(number, rates(number - 1), unit);
     if (!wanted.torque) continue;
     const int arm_joint = joints.arm_joint(number);
     const double torque_nm =
         arm_joint < 0
             ? 0
             : joints.sign(number) * robot.joints[static_cast<std::size_t>(arm_joint)].torque_nm;
-    status.torque = from_si(torque_nm, settings.units().torque);
+    status.torque = reported(torque_nm, settings.units().torque);
   }
   return statuses;
 }
 
-// Axes exactly as they are, the point in length units.
 crcl::Pose pose_in(const Pose& pose, crcl::LengthUnit unit) {
   const Eigen::Matrix3d R = pose.q.toRotationMatrix();
-  return {in_unit(pose.p, unit), {R(0, 0), R(1, 0), R(2, 0)}, {R(0, 2), R(1, 2), R(2, 2)}};
+  const auto axis = [&R](int column) {
+    const auto component = [&](int row) { return rounded(R(row, column), kRatioDecimals); };
+    return crcl::Vector{component(0), component(1), component(2)};
+  };
+  return {in_unit(pose.p, unit), axis(0), axis(2)};
 }
 
-// Pose, twist and contact wrench of the tool in the robot's frame, and the arm's branch.
+// Pose of the tool in the robot's frame; twist, contact wrench and the arm's branch where they are
+// asked for.
 crcl::PoseStatus pose_status(const api::RobotSnapshot& robot, int joint_count,
                              const JointMap& joints, const ConnectionSettings& settings) {
   const crcl::Units& units = settings.units();
   crcl::PoseStatus status;
   status.pose = pose_in(robot.X_RT, units.length);
-  status.twist =
-      crcl::Twist{in_unit(robot.v_RT, units.length), in_unit(robot.omega_RT, units.angle)};
-  status.wrench =
-      crcl::Wrench{in_unit(robot.force_T_R, units.force), in_unit(robot.torque_T_R, units.torque)};
-  status.configuration = configuration(robot.posture, joint_count, joints, units.angle);
+  if (settings.reports(ExtraReport::kTwist)) {
+    status.twist =
+        crcl::Twist{in_unit(robot.v_RT, units.length), in_unit(robot.omega_RT, units.angle)};
+  }
+  if (settings.reports(ExtraReport::kWrench)) {
+    status.wrench = crcl::Wrench{in_unit(robot.force_T_R, units.force),
+                                 in_unit(robot.torque_T_R, units.torque)};
+  }
+  if (settings.reports(ExtraReport::kConfiguration)) {
+    status.configuration = configuration(robot.posture, joint_count, joints, units.angle);
+  }
   return status;
 }
 
-// Null where nothing of the scene's is on the flange.
+// Null if no tool of the scene is on the flange.
 const api::ToolDescription* tool_of(const api::CellDescription& cell,
                                     const api::RobotSnapshot& robot) {
   const auto index = static_cast<std::size_t>(robot.tool);
@@ -141,7 +152,7 @@ crcl::GripperStatus measured_gripper(const api::ToolDescription* tool,
   if (tool != nullptr && tool->gripper.cup_radius_m > 0) {
     status.kind = crcl::VacuumGripper{gripper.setting <= 0.5};
   } else {
-    status.kind = crcl::ParallelGripper{from_si(gripper.separation_m, settings.units().length)};
+    status.kind = crcl::ParallelGripper{reported(gripper.separation_m, settings.units().length)};
   }
   return status;
 }
@@ -150,7 +161,7 @@ int override_percent(const api::RobotSnapshot& robot) {
   return static_cast<int>(std::lround(robot.override_fraction * 100));
 }
 
-// Status of the attached tool: of its kind, and by its name where the scene lists it.
+// Status of the attached tool, with its kind, and its name if the scene lists it.
 crcl::GripperStatus gripper_status(const api::CellDescription& cell,
                                    const api::RobotSnapshot& robot,
                                    const RobotParameters& parameters,
@@ -198,13 +209,15 @@ crcl::SettingsStatus settings_status(const StatusSources& sources,
   crcl::SettingsStatus status;
   status.angle_unit = units.angle;
   status.end_effector_parameters = listed(sources.parameters.end_effector());
-  status.end_effector = snapshot.robots[index].gripper.setting;
+  status.end_effector = rounded(snapshot.robots[index].gripper.setting, kRatioDecimals);
   status.force_unit = units.force;
-  status.joint_limits = joint_limits(snapshot.cell->robots[index], sources.joints, settings);
   status.intermediate_tolerance = in_units(tolerances.intermediate, units);
   status.length_unit = units.length;
-  status.max_cartesian = in_unit(sources.limits.max_R, units.length);
-  status.min_cartesian = in_unit(sources.limits.min_R, units.length);
+  if (settings.reports(ExtraReport::kLimits)) {
+    status.joint_limits = joint_limits(snapshot.cell->robots[index], sources.joints, settings);
+    status.max_cartesian = in_unit(sources.limits.max_R, units.length);
+    status.min_cartesian = in_unit(sources.limits.min_R, units.length);
+  }
   status.coordinated = sources.parameters.coordinated();
   status.robot_parameters = robot_parameters(sources.parameters, snapshot, snapshot.robots[index]);
   status.end_tolerance = in_units(tolerances.end, units);
@@ -216,12 +229,12 @@ crcl::SettingsStatus settings_status(const StatusSources& sources,
   for (const crcl::JointTolerance& joint : tolerances.joints) {
     status.joint_tolerances.push_back(
         {joint.joint,
-         sources.joints.from_rad(joint.joint, joint.tolerance, settings.joint_unit())});
+         sources.joints.reported(joint.joint, joint.tolerance, settings.joint_unit())});
   }
   return status;
 }
 
-// How the robot's latest guarded command stands; without readings until the world has taken it.
+// Guards of the latest guarded command; without readings until the world has accepted it.
 crcl::GuardsStatuses guards_statuses(const GuardedCommand& command, const api::GuardsSnapshot& seen,
                                      std::int64_t start_ms, const crcl::Units& units) {
   const bool current = seen.ticket == command.ticket;
@@ -289,7 +302,8 @@ crcl::Status build_status(crcl::CommandStatus command, const StatusSources& sour
         snapshot, index, static_cast<std::int32_t>(snapshot.step & 0x7FFFFFFF),
         sources.start_ms + snapshot.time / std::chrono::milliseconds(1), settings.units());
   }
-  if (settings.wants_guards(!sources.guarded.entries.empty())) {
+  // NIST's servers never hide guards.
+  if (wanted.guards || !sources.guarded.entries.empty()) {
     status.guards =
         guards_statuses(sources.guarded, robot.guards, sources.start_ms, settings.units());
   }

@@ -26,14 +26,14 @@ struct StatusSources {
   const GuardedCommand& guarded;
 };
 
-/// The part of a robot's status that a snapshot alone decides: the speed override, joints as
-/// `settings` have them reported, the pose, and the gripper without its name and options.
+/// The part of a robot's status that depends on the snapshot only: the speed override, joints and
+/// pose as reported by `settings`, and the gripper without its name and options.
 [[nodiscard]] crcl::Status measured_status(const api::Snapshot& snapshot, std::size_t robot,
                                            const JointMap& joints,
                                            const ConnectionSettings& settings);
 
-/// The status that a connection has asked for, in its units: of the robot in one snapshot, and of
-/// `command`, the latest one.
+/// The status of the robot in one snapshot and of `command`, the latest one, with the parts and in
+/// the units of a connection.
 [[nodiscard]] crcl::Status build_status(crcl::CommandStatus command, const StatusSources& sources,
                                         const ConnectionSettings& settings);
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <grpc/compression.h>
 #include <grpc/support/log.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/health_check_service_interface.h>
@@ -37,10 +38,10 @@
 namespace aprsim::grpc_server {
 namespace {
 
-constexpr int kMaxMessageBytes = 64 * 1024;
-constexpr std::size_t kMaxMemoryBytes = std::size_t{64} << 20;
+/// The text of a scene may have 1 MiB, like its file.
+constexpr int kMaxMessageBytes = (1 << 20) + 64 * 1024;
 
-/// Names one process among all that ever ran.
+/// Identifies this process among all that ever ran.
 std::string random_instance_id() {
   std::random_device device;
   std::string id;
@@ -70,21 +71,26 @@ Result<void> check(const TelemetryOptions& options) {
   return {};
 }
 
-void set_limits(grpc::ServerBuilder& builder) {
+void set_limits(grpc::ServerBuilder& builder, std::size_t max_memory_bytes) {
   builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
-  builder.SetResourceQuota(grpc::ResourceQuota("telemetry").Resize(kMaxMemoryBytes));
+  // gRPC unpacks a message before it applies the limit, so compressed ones are refused.
+  for (const auto algorithm : {GRPC_COMPRESS_DEFLATE, GRPC_COMPRESS_GZIP}) {
+    builder.SetCompressionAlgorithmSupportStatus(algorithm, false);
+  }
+  builder.AddChannelArgument(GRPC_ARG_ENABLE_PER_MESSAGE_DECOMPRESSION, 0);
+  builder.SetResourceQuota(grpc::ResourceQuota("telemetry").Resize(max_memory_bytes));
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, 32);
   builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, 8 * 1024);
   builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, 5'000);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, 300'000);
-  // Notice a dead peer within 15 s, and put up with clients that ask as often as every 5 s.
+  // Detect a dead peer within 15 s, and accept pings of clients every 5 s.
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 10'000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 5'000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5'000);
 }
 
-/// Logs a line of gRPC, from any of its threads: bounded as all that peers can provoke.
+/// Logs a line of gRPC, from any of its threads, at a bounded rate.
 void log_of_grpc(gpr_log_func_args* line) {
   static std::mutex mutex;
   static protocols::LimitedLog log("grpc");
@@ -93,7 +99,7 @@ void log_of_grpc(gpr_log_func_args* line) {
 }
 
 void set_up_grpc() {
-  // Switches of the whole process that must be set before its first builder.
+  // Settings of the whole process, before its first builder.
   static std::once_flag once;
   std::call_once(once, [] {
     gpr_set_log_function(&log_of_grpc);
@@ -133,7 +139,8 @@ class TelemetryServer::Impl {
       return port;
     }
     hub_ = std::make_unique<StreamHub>(source_, options_.feed, options_.max_streams,
-                                       options_.write_timeout, [this] { report_health(); });
+                                       options_.max_backlogs_bytes, options_.write_timeout,
+                                       [this] { report_health(); });
     event_hub_ = std::make_unique<EventHub>(options_.events, options_.max_event_streams,
                                             options_.write_timeout);
     waiter_ = std::make_unique<CommandWaiter>(source_);
@@ -163,7 +170,7 @@ class TelemetryServer::Impl {
                        std::chrono::duration_cast<std::chrono::system_clock::duration>(left));
       server->Wait();
     }
-    // The relays carry gRPC's last words.
+    // The relays forward the last frames of gRPC.
     service_->stop();
     service_.reset();
   }
@@ -190,13 +197,13 @@ class TelemetryServer::Impl {
   bool serve() {
     set_up_grpc();
     grpc::ServerBuilder builder;
-    set_limits(builder);
+    set_limits(builder, options_.max_memory_bytes);
     builder.RegisterService(telemetry_.get());
     builder.RegisterService(control_.get());
     builder.RegisterService(history_.get());
     builder.RegisterService(journal_.get());
     builder.RegisterService(robots_.get());
-    // Messages that are sent pass the gate first, so that the others see refusals.
+    // Outgoing messages pass the gate first, so that the other interceptors see refusals.
     auto interceptors = calls_.interceptors();
     interceptors.insert(interceptors.begin(), gate_->interceptor());
     if (options_.listener.trace != nullptr) {
@@ -238,7 +245,8 @@ class TelemetryServer::Impl {
     auto& health = *server_->GetHealthCheckService();
     for (const char* name :
          {"", v1::TelemetryService::service_full_name(), v1::ControlService::service_full_name(),
-          v1::HistoryService::service_full_name(), crcl::v1::RobotService::service_full_name()}) {
+          v1::HistoryService::service_full_name(), v1::JournalService::service_full_name(),
+          crcl::v1::RobotService::service_full_name()}) {
       health.SetServingStatus(name, serving);
     }
   }

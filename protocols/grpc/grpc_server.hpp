@@ -12,22 +12,22 @@
 namespace aprsim::grpc_server {
 
 struct TelemetryStats {
-  std::uint64_t accepted = 0;  ///< connections taken
-  std::uint64_t refused = 0;   ///< connections closed at once: over the limit
-  std::uint64_t open = 0;      ///< connections now
-  std::uint64_t calls = 0;     ///< begun, streams included
-  std::uint64_t failed = 0;    ///< of those that have ended: with another status than OK
-  std::uint64_t streams = 0;   ///< of snapshots, now
-  std::uint64_t samples = 0;   ///< that streams have sent
-  std::uint64_t dropped = 0;   ///< samples that slow readers did not get
+  std::uint64_t accepted = 0;                   ///< connections
+  std::uint64_t refused = 0;                    ///< connections closed at once: over the limit
+  std::uint64_t open = 0;                       ///< connections now
+  std::uint64_t calls = 0;                      ///< started, streams included
+  std::uint64_t failed = 0;                     ///< ended with another status than OK
+  std::uint64_t streams = 0;                    ///< of snapshots, now
+  std::uint64_t samples = 0;                    ///< that streams have sent
+  std::uint64_t dropped = 0;                    ///< samples that slow readers did not receive
   api::DurationHistogram::Counts answer_times;  ///< of calls that are no streams
 };
 
 /// gRPC listener of package aprsim.v1: telemetry, control, health and reflection; and of
 /// aprsim.crcl.v1: the robots.
 ///
-/// A client gives its token as metadata "authorization: Bearer TOKEN". Answers only from the
-/// latest snapshot. A slow stream reader loses samples and is told how many; it never holds up
+/// A client sends its token as metadata "authorization: Bearer TOKEN". Answers only from the
+/// latest snapshot. A slow stream reader loses samples and receives their number; it never delays
 /// the simulation or other clients. The health status of "" and of every service is SERVING while
 /// the server runs, NOT_SERVING while the simulation has a problem().
 class TelemetryServer {

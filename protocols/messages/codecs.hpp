@@ -10,7 +10,7 @@
 #include "world/api/commands/command_fields.hpp"
 #include "world/base/time.hpp"
 
-/// The values that messages do not have field for field.
+/// Codecs of values that have no one-to-one fields in messages.
 namespace aprsim::protocols {
 
 template <>
@@ -56,7 +56,7 @@ struct Codec<SimTime> {
 template <>
 struct Codec<api::WhenCrossing> {
   static void write(const api::WhenCrossing& when, v1::CrossingTrigger& message);
-  /// Fails when it is no quantity or has no limit.
+  /// Errors: an unknown quantity, or a missing limit.
   static Result<void> read(const v1::CrossingTrigger& message, api::WhenCrossing& when);
 };
 
@@ -66,7 +66,7 @@ struct Codec<api::WhenGrasped> {
   static Result<void> read(const v1::GraspedTrigger& message, api::WhenGrasped& when);
 };
 
-/// 0 steps are as many as there can be.
+/// 0 steps = the greatest number.
 template <>
 struct Codec<api::RunUntil> {
   static Result<void> read(const v1::RunUntilRequest& message, api::RunUntil& run);

@@ -24,13 +24,13 @@ namespace aprsim::protocols {
 [[nodiscard]] Result<api::InjectFault> to_command(const v1::InjectFaultRequest& request);
 [[nodiscard]] Result<api::ConveyorCommand> to_command(const v1::SetConveyorRequest& request,
                                                       const api::CellDescription& cell);
-/// Fails when the cell has stopped on a fault: only a reset or a saved state helps then.
+/// Fails if the cell has stopped on a fault: only a reset or a saved state ends that.
 [[nodiscard]] Result<api::Resume> to_command(const v1::ResumeRequest& request,
                                              const api::Snapshot& snapshot);
-/// Fails when all places are taken.
+/// Fails if all places are taken.
 [[nodiscard]] Result<api::SaveState> to_command(const v1::SaveStateRequest& request,
                                                 const api::Snapshot& snapshot);
-/// Fails when no state has the name.
+/// Fails if no state has the name.
 [[nodiscard]] Result<api::LoadState> to_command(const v1::LoadStateRequest& request,
                                                 const api::Snapshot& snapshot);
 [[nodiscard]] Result<api::DeleteState> to_command(const v1::DeleteStateRequest& request,

@@ -25,7 +25,7 @@ struct SameOrder {
 template <typename T>
 struct EnumMatch;
 
-/// For T that is read: kNoun names it in errors.
+/// For a T that is read: kNoun is its name in errors.
 template <>
 struct EnumMatch<api::StopKind> : SameOrder<api::StopKind::kNormal, v1::StopKind_MAX> {
   static constexpr const char* kNoun = "stop's kind";
@@ -75,7 +75,7 @@ template <typename T>
                                                      EnumMatch<T>::kOffset);
 }
 
-/// The error about a field that is absent or of a value that this version does not know.
+/// The error for a field that is absent or has a value that this version does not know.
 [[nodiscard]] inline tl::unexpected<Error> unknown(const std::string& noun) {
   return fail(ErrorCode::kInvalidArgument, noun,
               "the journal has no " + noun + " that this version knows");

@@ -15,23 +15,23 @@
 #include "world/base/result.hpp"
 
 /// Writes values into messages and reads them by their lists of fields (world/base/fields.hpp). The
-/// names of the lists are the generated accessors of the messages, so a walk costs what a function
-/// by hand does. Include codecs.hpp, which has the values that are not field for field.
+/// names of the lists are the generated accessors of the messages, so a walk is as fast as a
+/// hand-written function. Include codecs.hpp for values without one-to-one fields.
 namespace aprsim::protocols {
 
-/// How a value that is not field for field is written and read:
+/// Codec of a value without one-to-one fields:
 /// `static void write(const T&, Message&)` and `static Result<void> read(const Message&, T&)`.
 /// For a value that messages have as a number, `static Number number(const T&)` and
 /// `static T value(Number)`.
 template <typename T>
 struct Codec;
 
-/// Writes a value that has a list or a codec, or a variant. The message must not have its fields.
+/// Writes a value that has a list, a codec, or a variant. Its fields must be unset before.
 template <typename T, typename M>
 void write_value(const T& value, M& message);
 
-/// Reads such a value. A field that tells that it is absent leaves its member as it is. Errors:
-/// kInvalidArgument that names a field of a value that this version does not know.
+/// Reads such a value. The member of an absent field stays as it is. Errors: kInvalidArgument with
+/// the name of a field whose value this version does not know.
 template <typename M, typename T>
 [[nodiscard]] Result<void> read_value(const M& message, T& value);
 
@@ -268,7 +268,7 @@ template <typename M, typename V>
 
 }  // namespace walk
 
-/// Writes the fields of `value`, without its codec. The message must not have them.
+/// Writes the fields of `value`, without its codec. They must be unset in the message.
 template <fields::Listed T, typename M>
 void write_fields(const T& value, M& message) {
   fields::for_each<T>(

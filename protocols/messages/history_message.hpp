@@ -6,7 +6,7 @@
 #include "world/api/commands/simulation_command.hpp"
 #include "world/api/ports/history.hpp"
 
-/// The past as messages of aprsim.v1, and moments back.
+/// The history as messages of aprsim.v1.
 namespace aprsim::protocols {
 
 void write_message(const std::vector<api::HistorySpan>& spans, v1::GetHistoryResponse& message);
@@ -14,7 +14,7 @@ void write_message(const api::Bookmark& bookmark, v1::Bookmark& message);
 void write_message(const std::vector<api::Bookmark>& bookmarks, v1::ListBookmarksResponse& message);
 [[nodiscard]] api::Moment to_moment(const v1::Moment& message);
 
-/// The command that puts the cell back to a moment that was worked out.
+/// The command that restores the cell at a computed moment.
 [[nodiscard]] api::LoadState resumption(api::Moment moment, const api::PastMoment& past);
 
 }  // namespace aprsim::protocols

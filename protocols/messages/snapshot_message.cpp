@@ -153,10 +153,10 @@ void write_contacts(const api::Snapshot& snapshot, const Entities* entities,
 }
 
 void write_touches(const api::Snapshot& snapshot, const Entities* entities, v1::Snapshot& message) {
-  if (!snapshot.robot_touches) return;
-  for (const auto& touch : *snapshot.robot_touches) {
+  if (!snapshot.unintended_contacts) return;
+  for (const auto& touch : *snapshot.unintended_contacts) {
     if (!takes_part(entities, touch.first, touch.second)) continue;
-    write_pair(touch, *snapshot.cell, *message.add_robot_touches());
+    write_pair(touch, *snapshot.cell, *message.add_unintended_contacts());
   }
 }
 
@@ -229,7 +229,7 @@ void write_message(const api::Snapshot& snapshot, const std::string& instance_id
   if (wanted(v1::Snapshot::kToolsFieldNumber)) write_tools(snapshot, parts.entities, message);
   if (wanted(v1::Snapshot::kContactsFieldNumber)) write_contacts(snapshot, parts.entities, message);
   if (wanted(v1::Snapshot::kStateHashFieldNumber)) message.set_state_hash(state_hash(snapshot));
-  if (wanted(v1::Snapshot::kRobotTouchesFieldNumber)) {
+  if (wanted(v1::Snapshot::kUnintendedContactsFieldNumber)) {
     write_touches(snapshot, parts.entities, message);
   }
   if (wanted(v1::Snapshot::kInjectedFaultsFieldNumber)) write_faults(snapshot, message);

@@ -27,23 +27,23 @@ void write_message(const api::ConveyorSnapshot& conveyor,
 void write_message(const api::LightCurtainSnapshot& curtain,
                    const api::LightCurtainDescription& description, v1::LightCurtainState& message);
 
-/// Fails with one that is none.
+/// Fails for an invalid one.
 [[nodiscard]] Result<std::vector<api::CellEventKind>> event_kinds(
     const google::protobuf::RepeatedField<int>& kinds);
 /// The message must be empty.
 void write_message(const api::CellEvent& event, v1::CellEvent& message);
-/// What is beyond all limits stays so.
+/// Values beyond all limits are kept.
 [[nodiscard]] SimTime time_of(const google::protobuf::Duration& span);
 void write_message(const api::InjectedFault& fault, v1::InjectedFault& message);
 void write_message(const faults::KindInfo& kind, v1::FaultKind& message);
 /// All kinds and quantities. The message must be empty.
 void write_fault_kinds(v1::ListFaultKindsResponse& message);
 
-/// What of a snapshot is written; as it stands, all.
+/// The parts of a snapshot to write; by default all.
 struct SnapshotParts {
-  /// By field number of v1::Snapshot: those that cost something are left out.
+  /// By field number of v1::Snapshot: the expensive fields to leave out.
   std::bitset<128> without;
-  /// By index; null = all. Contacts and touches are those of what is there.
+  /// By index; null = all. Contacts and touches are those of the written bodies and robots.
   struct Entities {
     std::vector<bool> robots, bodies, tools;
   };

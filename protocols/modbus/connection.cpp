@@ -7,6 +7,7 @@
 #include <boost/asio/write.hpp>
 
 #include "protocols/modbus/reply_faults.hpp"
+#include "protocols/net/peer_end.hpp"
 #include "protocols/ports/wire_faults.hpp"
 
 namespace aprsim::modbus_server {
@@ -15,7 +16,7 @@ namespace {
 using boost::system::error_code;
 using modbus::Verdict;
 
-// Requests of one connection answered before the others get their turn.
+// Requests of one connection that are processed before the other connections have their turn.
 constexpr int kRequestsPerTurn = 16;
 
 // Kernel buffer for a client that does not read.
@@ -105,7 +106,7 @@ void Connection::on_end_of_stream(const error_code& error) {
     close(error.message(), false);
     return;
   }
-  // The peer sends no more; what it has asked for completely is still answered.
+  // The peer sends no more; its complete requests are still answered.
   ended_ = true;
   process();
 }
@@ -115,8 +116,30 @@ bool Connection::may_process_request() const {
          replies_.bytes() < context_.options.max_output_bytes;
 }
 
+// Follows the peer's end as soon as the system knows of it: requests before it may be unread. A
+// closed peer still gets its replies, and a turn of writes is still executed. False: the connection
+// has ended.
+bool Connection::follow_peer() {
+  const auto noticed = protocols::notice_peer_end(socket_.native_handle());
+  if (noticed && noticed->error != boost::asio::error::eof) {
+    close(noticed->error.message(), false);
+    return false;
+  }
+  if (noticed && !std::exchange(peer_closed_, true)) last_writes_ = kRequestsPerTurn;
+  return true;
+}
+
+// Drops the unread writes of a client that has closed, but for a last turn.
+bool Connection::admits(const modbus::ValidatedRequest& validated) {
+  const bool writes = validated.verdict == Verdict::kRequest && validated.request.is_write();
+  if (!peer_closed_ || !writes || last_writes_-- > 0) return true;
+  context_.log.warn(peer_ + " has closed: its unread writes are dropped");
+  draining_ = true;
+  return false;
+}
+
 void Connection::process() {
-  if (closed_) return;
+  if (closed_ || !follow_peer()) return;
   int processed = 0;
   while (processed < kRequestsPerTurn && may_process_request() && process_request()) ++processed;
   if (!reading_) reader_.compact();
@@ -139,7 +162,7 @@ bool Connection::close_if_finished() {
   if (!broken_.empty()) {
     close(broken_, true);
   } else {
-    close(draining_ ? "the server stops" : "by the client", false);
+    close(draining_ && !peer_closed_ ? "the server stops" : "by the client", false);
   }
   return true;
 }
@@ -155,6 +178,7 @@ bool Connection::process_request() {
     break_stream(validated.reason);
     return false;
   }
+  if (!admits(validated)) return false;
   const bool ignored = validated.verdict == Verdict::kIgnored;
   record_.received(validated.adu, ignored ? validated.reason : std::string_view());
   if (ignored) {
@@ -166,7 +190,7 @@ bool Connection::process_request() {
   return true;
 }
 
-// Earlier requests still get their answers.
+// Earlier requests still get their replies.
 void Connection::break_stream(std::string_view reason) {
   broken_ = reason;
   record_.received(reader_.rest(), broken_);
@@ -178,7 +202,9 @@ void Connection::take(const modbus::ValidatedRequest& validated) {
   deadlines_.restart_idle();
   record_.request(validated.adu);
   join_time();
-  if (!rate_.admit(Clock::now())) {
+  const bool stop =
+      validated.verdict == Verdict::kRequest && context_.device.is_stop(validated.request);
+  if (!rate_.admit(Clock::now()) && !stop) {
     reply(executor_.refuse(validated.adu, modbus::ExceptionCode::kServerDeviceBusy));
   } else if (pacer_.joined()) {
     take_time(validated);
@@ -217,7 +243,7 @@ void Connection::take_time(const modbus::ValidatedRequest& validated) {
                });
 }
 
-// A cell that is paused lets go before it has applied the write.
+// A paused cell resumes the client before it has applied the write.
 void Connection::finish_write_in_time() {
   context_.device.refresh();
   if (poll_applied(Clock::now())) context_.await_applied(shared_from_this());
@@ -228,12 +254,12 @@ void Connection::execute(const modbus::ValidatedRequest& validated) {
 }
 
 bool Connection::poll_applied(Clock::time_point now) {
-  if (closed_ || !executor_.waiting()) return false;
+  if (closed_ || !executor_.waiting() || !follow_peer()) return false;
   auto answer = executor_.poll(now);
   if (!answer) return true;
   reply(std::move(*answer));
   process();
-  // A pipelined write may have begun to wait at once; it has asked to be polled by itself.
+  // A pipelined write may already wait; it has registered for polling itself.
   return false;
 }
 

@@ -24,8 +24,8 @@
 
 namespace aprsim::modbus_server {
 
-/// One client: bytes in, each request validated, replies out in the order of the requests. Memory
-/// is bounded, nothing waits for the peer, and a peer that stalls is dropped. Thread: the
+/// One client: reads bytes, validates each request and replies in the order of the requests. Memory
+/// is bounded, nothing waits for the peer, and a stalled peer is dropped. Thread: the
 /// listener's.
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
@@ -35,14 +35,14 @@ class Connection : public std::enable_shared_from_this<Connection> {
              protocols::ConnectionLimiter::Slot slot, ListenerContext& context);
 
   void start();
-  /// Answers the write under way, sends what is ready, then closes. Takes no more requests.
+  /// Replies to the pending write, sends ready replies, then closes. Accepts no more requests.
   void drain();
-  /// Ends the connection now; `fault` when the peer is to blame.
+  /// Ends the connection now; `fault`: because of the peer's fault.
   void close(std::string_view why, bool fault);
   void close() { close("the server stops", false); }
-  void evict() { close("its place is needed", true); }
+  void evict() { close("evicted for a new client", true); }
   [[nodiscard]] protocols::ConnectionLimiter::Slot& slot() { return slot_; }
-  /// Looks whether the write under way has been applied or has run out of time. False: done.
+  /// Checks whether the pending write has been applied or has timed out. False: done.
   [[nodiscard]] bool poll_applied(Clock::time_point now);
 
  private:
@@ -50,17 +50,19 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void on_read(std::size_t size);
   void on_end_of_stream(const boost::system::error_code& error);
   void process();
+  [[nodiscard]] bool follow_peer();
+  [[nodiscard]] bool admits(const modbus::ValidatedRequest& validated);
   [[nodiscard]] bool may_process_request() const;
   [[nodiscard]] bool process_request();
   void take(const modbus::ValidatedRequest& validated);
   void break_stream(std::string_view reason);
   [[nodiscard]] bool close_if_finished();
   void join_time();
-  /// A client that paces: its writes take effect now, and it is answered a poll period later.
+  /// For a pacing client: its writes take effect now, and the reply follows a poll period later.
   void take_time(const modbus::ValidatedRequest& validated);
   void execute(const modbus::ValidatedRequest& validated);
   void finish_write_in_time();
-  /// To the peer, as injected faults let it.
+  /// Sends a reply to the peer, subject to injected faults.
   void reply(std::vector<std::uint8_t> adu);
   void write();
   void on_written(const boost::system::error_code& error);
@@ -76,10 +78,12 @@ class Connection : public std::enable_shared_from_this<Connection> {
   RequestReader reader_;
   RequestExecutor executor_;
   ReplyQueue replies_;
-  protocols::TimePacer pacer_;  // nothing goes out while it waits
+  protocols::TimePacer pacer_;  // nothing is sent while it waits
   bool reading_ = false, scheduled_ = false;
   bool ended_ = false, draining_ = false, closed_ = false;
-  std::string_view broken_;  // why the stream cannot be framed; empty while it can
+  bool peer_closed_ = false;  // it has closed; unread requests may be left
+  int last_writes_ = 0;       // writes still taken from it then
+  std::string_view broken_;   // why the stream cannot be framed; empty while it can
 };
 
 }  // namespace aprsim::modbus_server

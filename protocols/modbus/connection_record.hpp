@@ -11,16 +11,16 @@
 
 namespace aprsim::modbus_server {
 
-/// Shows the messages of one connection to tap, trace and statistics. Thread: the listener's.
+/// Reports the messages of one connection to tap, trace and statistics. Thread: the listener's.
 class ConnectionRecord {
  public:
   ConnectionRecord(ListenerContext& context, std::string peer);
 
-  /// Bytes that have been cut out of the stream; `fault` says why they are no request.
+  /// Bytes of one message from the stream; `fault` is the reason why they are no request.
   void received(std::span<const std::uint8_t> adu, std::string_view fault);
-  /// They are a request, and it is taken now.
+  /// They are a request that is executed now.
   void request(std::span<const std::uint8_t> adu);
-  /// The reply to the latest request. A reply is as much of a poll as its request.
+  /// The reply to the latest request. It counts as a poll if its request does.
   void reply(std::span<const std::uint8_t> adu);
   /// Whole messages, one after the other.
   void sent(std::span<const std::uint8_t> adus);

@@ -22,8 +22,8 @@ void Deadlines::restart_idle() {
   if (options_.idle_timeout.count() > 0) idle_due_ = Clock::now() + options_.idle_timeout;
 }
 
-// The timer is left alone when it fires early: it finds nothing due and is set anew. That way an
-// ordinary request costs no timer operation.
+// A timer that fires early finds nothing due and is restarted. So an ordinary request costs no
+// timer operation.
 void Deadlines::watch(std::shared_ptr<const void> owner) {
   const Clock::time_point due = std::min({request_due_, write_due_, idle_due_});
   if (closed_ || due >= timer_at_) return;
@@ -39,7 +39,7 @@ void Deadlines::watch(std::shared_ptr<const void> owner) {
 std::string Deadlines::missed(bool waits_for_us) {
   const Clock::time_point now = Clock::now();
   if (now >= request_due_) {
-    return "a request stayed incomplete for " + millis(options_.partial_timeout);
+    return "a request was incomplete for " + millis(options_.partial_timeout);
   }
   if (now >= write_due_) return "it did not take its replies for " + millis(options_.write_timeout);
   if (now < idle_due_) return {};

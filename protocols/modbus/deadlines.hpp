@@ -12,8 +12,8 @@
 
 namespace aprsim::modbus_server {
 
-/// Times that a client has: to complete a request, to take its replies, to ask for something. One
-/// timer, which an ordinary request does not touch. Thread: the executor's.
+/// Deadlines of a client: to complete a request, to take its replies, to send a request. One timer,
+/// which an ordinary request does not restart. Thread: the executor's.
 class Deadlines {
  public:
   using Clock = std::chrono::steady_clock;

@@ -12,7 +12,7 @@ namespace {
 using boost::system::error_code;
 
 constexpr std::chrono::milliseconds kApplyPoll{1};
-/// How often snapshots are asked for injected faults that close the port.
+/// Period of checking snapshots for injected faults that close the port.
 constexpr std::chrono::milliseconds kFaultPeriod{10};
 
 }  // namespace
@@ -48,7 +48,7 @@ class ModbusServer::Impl {
   const api::SnapshotSource& source_;
   Counters counters_;
 
-  // Everything from here on belongs to the listener's thread while it runs.
+  // The following belongs to the listener's thread while it runs.
   protocols::LimitedLog log_{"modbus"};
   protocols::TcpService<Connection> service_;
   boost::asio::steady_timer apply_timer_{service_.io()}, fault_timer_{service_.io()};
@@ -106,7 +106,7 @@ void ModbusServer::Impl::await_applied(std::shared_ptr<Connection> connection) {
 
 void ModbusServer::Impl::poll_applied() {
   device_->refresh();
-  // Whoever begins to wait meanwhile joins the new list.
+  // Connections that begin to wait meanwhile join the new list.
   for (auto& connection : std::exchange(waiting_, {})) {
     if (connection->poll_applied(Connection::Clock::now())) await_applied(std::move(connection));
   }

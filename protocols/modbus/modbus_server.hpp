@@ -36,6 +36,7 @@ struct ModbusServerOptions {
   std::chrono::milliseconds idle_timeout{0};
   /// A write that the simulation has not applied by then is answered with exception 4.
   std::chrono::milliseconds apply_deadline{1000};
+  std::chrono::milliseconds stop_deadline{100};  ///< after which an accepted stop is confirmed
   /// Replies kept for one connection before its requests wait [bytes].
   std::size_t max_output_bytes = std::size_t{64} * 1024;
   modbus::ConveyorScaling scaling;
@@ -54,12 +55,14 @@ struct ModbusServerStats {
 
 /// Serves the register map to many clients at once from one thread of its own.
 ///
-/// Reads answer from the latest snapshot. A write to the drive's registers becomes a command; it is
-/// answered once a snapshot shows it applied, so that whoever reads after that answer, on whichever
-/// connection, sees it. Until then only the writing connection waits. Exceptions beyond the
-/// protocol's own checks: 3 value outside its register's range; 4 this cell has no conveyor, or the
-/// write was not confirmed within `apply_deadline` (it may still take effect); 6 the simulation
-/// takes no commands at the moment, or the connection asks too often: nothing was changed.
+/// Reads return the latest snapshot. A write to the drive's registers becomes a command. Its reply
+/// is sent once a snapshot contains it, so later reads on any connection see it. Until then only
+/// the writing connection waits. A write that stops the belt is always accepted, and confirmed
+/// after `stop_deadline` at the latest. A client that closes has at most one turn of its unread
+/// writes executed. Exceptions beyond the protocol's own checks: 3 value outside its register's
+/// range; 4 no conveyor, or the write was not confirmed within `apply_deadline` (it may still take
+/// effect); 6 the simulation accepts no commands now, or the request rate is exceeded: nothing was
+/// changed.
 class ModbusServer {
  public:
   /// Keeps references to both; they must outlive the server.
@@ -72,8 +75,8 @@ class ModbusServer {
   /// Listens and starts the thread; returns the port. Fails with the address, port and cause.
   /// Once only. Thread: the owner's.
   [[nodiscard]] Result<std::uint16_t> start();
-  /// Takes no more connections or requests, lets replies go out until the drain deadline, closes
-  /// everything and joins. Again: nothing. Thread: the owner's.
+  /// Accepts no more connections or requests, sends replies until the drain deadline, closes
+  /// everything and joins. A second call has no effect. Thread: the owner's.
   void stop();
 
   /// Thread: any.

@@ -81,8 +81,8 @@ std::span<const std::uint8_t> ReplyBuilder::build(std::span<const std::uint8_t> 
   const bool reads_after_write = adu[7] == kReadWrite;
   int size = static_cast<int>(adu.size());
   if (reads_after_write) {
-    // Asked for this, libmodbus would answer with the words just written. What they have become is
-    // in the image, and a read of the same range replies in the same form.
+    // For this request libmodbus would return the words just written. The image has their effect,
+    // and a read of the same range has a reply of the same form.
     self.request[7] = kRead;
     size = kReadSize;
   }

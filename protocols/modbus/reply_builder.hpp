@@ -11,8 +11,8 @@ namespace aprsim::modbus_server {
 
 /// Encodes replies with libmodbus' modbus_reply(). That function only writes to a socket, so it is
 /// given one end of a private pair and the reply is read from the other: libmodbus never sees a
-/// client's socket. Only valid requests may come here: modbus_reply() answers those
-/// right, whereas its exception path sleeps for half a second and flushes its socket.
+/// client's socket. Only for valid requests: modbus_reply() answers those correctly,
+/// whereas its exception path sleeps for half a second and flushes its socket.
 /// Thread: one at a time.
 class ReplyBuilder {
  public:
@@ -21,9 +21,9 @@ class ReplyBuilder {
   ReplyBuilder& operator=(ReplyBuilder&&) noexcept;
   ~ReplyBuilder();
 
-  /// The whole reply (ADU) to a request that validate_request() judged kRequest. Reads answer from
-  /// the image; writes give their echo and change nothing. Empty if libmodbus did not produce a
-  /// reply to this very request. Valid until the next call.
+  /// The whole reply (ADU) to a request with the verdict kRequest of validate_request(). Reads
+  /// return the image; writes return their echo and change nothing. Empty if libmodbus did not
+  /// produce a reply to this very request. Valid until the next call.
   [[nodiscard]] std::span<const std::uint8_t> build(std::span<const std::uint8_t> adu,
                                                     const modbus::RegisterImage& image);
 

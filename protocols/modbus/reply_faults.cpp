@@ -15,7 +15,7 @@ std::optional<modbus::ExceptionCode> injected_exception(const api::Snapshot& sna
 std::vector<std::uint8_t> with_strays(std::vector<std::uint8_t> reply,
                                       const api::Snapshot& snapshot) {
   if (!protocols::injected(snapshot, faults::Kind::kModbusStray)) return reply;
-  // The same under a transaction number that nobody has given.
+  // The same reply under an unknown transaction number.
   std::vector<std::uint8_t> bytes = reply;
   bytes[0] ^= 0x5A;
   bytes.insert(bytes.end(), reply.begin(), reply.end());

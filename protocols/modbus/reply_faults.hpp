@@ -7,14 +7,14 @@
 #include "modbus/request.hpp"
 #include "world/api/snapshot/snapshot.hpp"
 
-/// Injected faults of the Modbus wire, as far as they change replies. Thread: any.
+/// Injected faults of the Modbus wire that change replies. Thread: any.
 namespace aprsim::modbus_server {
 
 /// The exception that every request gets; absent = requests are executed.
 [[nodiscard]] std::optional<modbus::ExceptionCode> injected_exception(
     const api::Snapshot& snapshot);
 
-/// The reply, behind a stray one where the server sends such.
+/// The reply, preceded by a stray one if that fault is active.
 [[nodiscard]] std::vector<std::uint8_t> with_strays(std::vector<std::uint8_t> reply,
                                                     const api::Snapshot& snapshot);
 

@@ -15,8 +15,8 @@
 
 namespace aprsim::modbus_server {
 
-/// Replies on their way to one client, in the order of its requests: delayed ones, those that are
-/// ready, and those that are being written. Thread: the executor's.
+/// Replies to one client in the order of its requests: delayed, ready, and being written. Thread:
+/// the executor's.
 class ReplyQueue {
  public:
   using Bytes = std::vector<std::uint8_t>;
@@ -41,7 +41,7 @@ class ReplyQueue {
   [[nodiscard]] bool empty() const {
     return ready_.empty() && writing_.empty() && delayed_.empty();
   }
-  /// All that is ready, until end_write(); empty = nothing is, or a write is under way.
+  /// All ready replies, until end_write(); empty if there are none or a write is pending.
   [[nodiscard]] std::span<const std::uint8_t> begin_write() {
     if (!writing_.empty()) return {};
     std::swap(ready_, writing_);

@@ -24,12 +24,13 @@ std::optional<RequestExecutor::Reply> RequestExecutor::execute(
 
 std::optional<RequestExecutor::Reply> RequestExecutor::write(
     const modbus::ValidatedRequest& validated) {
+  const bool stop = context_.device.is_stop(validated.request);
   const auto ticket = context_.device.write(validated.request);
   if (!ticket) return refuse(validated.adu, ticket.error());
   if (*ticket == 0) return answer(validated.adu);
-  waiting_ = WaitingWrite{*ticket,
-                          Clock::now() + context_.options.apply_deadline,
-                          {validated.adu.begin(), validated.adu.end()}};
+  const auto patience = stop ? context_.options.stop_deadline : context_.options.apply_deadline;
+  waiting_ = WaitingWrite{
+      *ticket, Clock::now() + patience, {validated.adu.begin(), validated.adu.end()}, stop};
   return std::nullopt;
 }
 
@@ -37,9 +38,10 @@ std::optional<RequestExecutor::Reply> RequestExecutor::poll(Clock::time_point no
   if (!waiting_) return std::nullopt;
   const bool applied = context_.device.applied(waiting_->ticket);
   if (!applied && now < waiting_->deadline) return std::nullopt;
-  const std::vector<std::uint8_t> adu = std::move(waiting_->adu);
-  waiting_.reset();
-  if (applied) return answer(adu);
+  const auto [ticket, deadline, adu, stop] = *std::exchange(waiting_, std::nullopt);
+  // A stop that is queued takes effect before any later step.
+  if (!applied && stop) context_.device.show(ticket);
+  if (applied || stop) return answer(adu);
   context_.log.warn(peer_ + ": the simulation did not confirm a write within " +
                     std::to_string(context_.options.apply_deadline.count()) + " ms");
   return refuse(adu, ExceptionCode::kServerDeviceFailure);

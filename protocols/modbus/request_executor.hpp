@@ -12,7 +12,7 @@
 namespace aprsim::modbus_server {
 
 /// Executes the requests of one connection, one after the other. A write waits until a snapshot
-/// shows it applied. Thread: the listener's.
+/// contains it. Thread: the listener's.
 class RequestExecutor {
  public:
   using Clock = std::chrono::steady_clock;
@@ -27,9 +27,9 @@ class RequestExecutor {
   [[nodiscard]] Reply refuse(std::span<const std::uint8_t> adu, modbus::ExceptionCode code);
 
   [[nodiscard]] bool waiting() const { return waiting_.has_value(); }
-  /// The reply to the write under way, once it has been applied or has run out of time.
+  /// The reply to the pending write, once it has been applied or has timed out.
   [[nodiscard]] std::optional<Reply> poll(Clock::time_point now);
-  /// Forgets the write under way.
+  /// Drops the pending write.
   void cancel() { waiting_.reset(); }
 
  private:
@@ -37,6 +37,7 @@ class RequestExecutor {
     api::Ticket ticket = 0;
     Clock::time_point deadline;
     std::vector<std::uint8_t> adu;
+    bool stop = false;  ///< is confirmed at the deadline
   };
 
   [[nodiscard]] std::optional<Reply> write(const modbus::ValidatedRequest& validated);

@@ -7,7 +7,7 @@
 namespace aprsim::modbus_server {
 namespace {
 
-// Transaction and protocol id: less does not tell Modbus from other protocols.
+// Transaction and protocol id: fewer bytes do not distinguish Modbus from other protocols.
 constexpr std::size_t kProtocolBytes = 4;
 
 }  // namespace
@@ -15,7 +15,7 @@ constexpr std::size_t kProtocolBytes = 4;
 std::string_view RequestReader::foreign_protocol() {
   if (judged_ || size_ < kProtocolBytes) return {};
   judged_ = true;
-  // In these, a Modbus master would name protocol 0.
+  // In these bytes a Modbus master has protocol id 0.
   if (bytes_[2] == 0 && bytes_[3] == 0) return {};
   return protocols::foreign_protocol({reinterpret_cast<const char*>(bytes_.data()), size_});
 }

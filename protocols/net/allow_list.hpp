@@ -14,8 +14,8 @@ namespace aprsim::protocols {
 /// The networks whose clients are served. Thread: any, once built.
 class AllowList {
  public:
-  /// Each entry an IPv4 or IPv6 network, "192.168.1.0/24", or one address. None = everybody.
-  /// Fails naming the entry; `field` is the key that they are from.
+  /// Each entry is an IPv4 or IPv6 network, "192.168.1.0/24", or one address. None = everybody.
+  /// Errors name the entry and `field`, the key of the entries.
   [[nodiscard]] static Result<AllowList> from(const std::vector<std::string>& networks,
                                               const std::string& field);
 
@@ -27,7 +27,7 @@ class AllowList {
   std::vector<boost::asio::ip::network_v6> v6_;
 };
 
-/// Whether a text may be an entry.
+/// Whether a text is a valid entry.
 [[nodiscard]] bool is_network(const std::string& text);
 
 }  // namespace aprsim::protocols

@@ -15,11 +15,11 @@
 
 namespace aprsim::protocols {
 
-/// How many connections a listener takes, and from whom.
+/// The numbers of connections that a listener accepts.
 struct ConnectionLimits {
   /// From all addresses together; one more is kept for an address that has none.
   std::size_t at_once = 64;
-  /// From one address; clients on this machine, which share one, may have all.
+  /// From one address. Clients on this machine share one address and may use all.
   std::size_t per_address = 32;
   /// A connection without a request for so long may be evicted by a new client.
   std::chrono::milliseconds yield_after{60'000};
@@ -28,8 +28,8 @@ struct ConnectionLimits {
 /// Limits the connections of a listener. At the limit a new client evicts one: an idle connection,
 /// first one that never sent a whole request, then the one idle longest; never one of an address
 /// with fewer connections than its own. A client whose address has none also evicts a busy
-/// connection, of the address with most; so no full table locks others out. Thread: one at a time,
-/// but open().
+/// connection, of the address with most. So a full table locks no address out. Thread: one at a
+/// time, except open().
 class ConnectionLimiter : public std::enable_shared_from_this<ConnectionLimiter> {
  public:
   using Clock = std::chrono::steady_clock;
@@ -38,7 +38,7 @@ class ConnectionLimiter : public std::enable_shared_from_this<ConnectionLimiter>
   struct Holder;
 
  public:
-  /// One connection that counts, until leave() or its end.
+  /// One counted connection, until leave() or destruction.
   class Slot {
    public:
     Slot() = default;
@@ -52,13 +52,13 @@ class ConnectionLimiter : public std::enable_shared_from_this<ConnectionLimiter>
     }
     ~Slot() { leave(); }
 
-    /// A whole request has come, or a reply has been taken.
+    /// Records a complete request, or a reply that was taken.
     void used(Clock::time_point now = Clock::now());
-    /// Ends the connection when it is evicted; called once at most.
+    /// Sets the function that ends an evicted connection; it is called once at most.
     void on_evict(std::function<void()> end);
     /// The connection is never idle from now on.
     void keep();
-    /// Again: nothing.
+    /// A second call has no effect.
     void leave();
 
    private:

@@ -12,8 +12,8 @@
 
 namespace aprsim::protocols {
 
-/// Replies that an injected fault holds back. They go out in their order, each at its time, and no
-/// later reply overtakes them. Thread: the executor's.
+/// Replies that an injected fault delays. They are sent in their order, each at its time; no later
+/// reply overtakes them. Thread: the executor's.
 template <typename Reply>
 class DelayedReplies {
  public:
@@ -30,7 +30,7 @@ class DelayedReplies {
   [[nodiscard]] bool must_wait(std::chrono::nanoseconds delay) const {
     return delay.count() > 0 || !empty();
   }
-  /// `bytes` is what the reply counts for; `owner` stays alive while replies wait.
+  /// `bytes` is the reply's share of bytes(); `owner` stays alive while replies wait.
   void add(Reply reply, std::size_t bytes, std::chrono::nanoseconds delay,
            std::shared_ptr<const void> owner) {
     bytes_ += bytes;
@@ -38,9 +38,9 @@ class DelayedReplies {
     if (waiting_.size() == 1) wait(std::move(owner));
   }
   [[nodiscard]] bool empty() const { return waiting_.empty(); }
-  /// All that waits counts for so much.
+  /// The sum over all waiting replies.
   [[nodiscard]] std::size_t bytes() const { return bytes_; }
-  /// Drops everything; nothing is sent from now on.
+  /// Drops all waiting replies and sends nothing from now on.
   void close() {
     closed_ = true;
     waiting_.clear();

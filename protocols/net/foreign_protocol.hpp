@@ -5,9 +5,9 @@
 
 namespace aprsim::protocols {
 
-/// The protocol that a stream's first bytes belong to, if it is one that browsers speak and that
-/// has no business on a listener for controllers; empty = none. Any web page can make its reader's
-/// browser send such bytes.
+/// The protocol of a stream's first bytes if it is one of browsers (HTTP, TLS); empty = none.
+/// Listeners for controllers close such connections: any web page can make its reader's browser
+/// send them.
 [[nodiscard]] inline std::string_view foreign_protocol(std::string_view first_bytes) {
   constexpr std::array<std::string_view, 10> kMethods{"GET ",     "POST ",     "PUT ",     "HEAD ",
                                                       "OPTIONS ", "PATCH ",    "CONNECT ", "TRACE ",

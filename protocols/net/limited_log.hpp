@@ -12,13 +12,13 @@ namespace aprsim::protocols {
 
 inline constexpr std::size_t kMaxLogText = 400;  ///< bytes of a line
 
-/// A text for the log, whoever wrote it: what would end the line or control a terminal is escaped,
-/// what is no UTF-8 too; cut to `limit` bytes.
+/// A text of any origin, safe for the log: line ends, control characters and invalid UTF-8 are
+/// escaped, and it is cut to `limit` bytes.
 [[nodiscard]] std::string log_text(std::string_view text, std::size_t limit = kMaxLogText);
 
-/// Log lines that a peer can provoke, under the name of a listener, escaped and cut, and limited in
-/// rate so that no peer can flood the log: a burst of kBurst, then kPerSecond; the next line that
-/// passes says how many did not. Thread: one at a time.
+/// Log lines that a peer can cause, under the name of a listener. They are escaped, cut and limited
+/// in rate, so that no peer can flood the log: a burst of kBurst, then kPerSecond. The next line
+/// after suppressed ones gives their number. Thread: one at a time.
 class LimitedLog {
  public:
   using Clock = RateLimit::Clock;
@@ -30,7 +30,7 @@ class LimitedLog {
   void warn(std::string_view line);
   [[nodiscard]] const std::string& name() const { return name_; }
 
-  /// The bare limiter: whether a line may pass at this time. Counts those that may not.
+  /// The rate limit alone: whether a line may pass now. Counts suppressed lines.
   [[nodiscard]] bool admit(Clock::time_point now);
   [[nodiscard]] std::uint64_t suppressed() const { return suppressed_; }
 

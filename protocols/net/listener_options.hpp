@@ -16,20 +16,21 @@
 
 namespace aprsim::protocols {
 
-/// Settings that every listener has, whatever it speaks. Each server's own options contain them.
+/// Settings common to all listeners. Each server's own options contain them.
 /// The objects that they point to outlive the listener.
 struct ListenerOptions {
-  std::string address = "127.0.0.1";  ///< numeric IPv4 or IPv6
-  std::uint16_t port = 0;             ///< 0 = any free port
-  ConnectionLimits limits = {};       ///< a connection beyond them is refused
+  /// Numeric IPv4 or IPv6; "localhost" = 127.0.0.1 and ::1, where the machine has IPv6.
+  std::string address = "127.0.0.1";
+  std::uint16_t port = 0;        ///< 0 = any free port
+  ConnectionLimits limits = {};  ///< a connection beyond them is refused
   /// Networks or addresses that are served, "192.168.1.0/24"; connections of others are closed at
   /// once. Empty = everybody is served.
   std::vector<std::string> allow = {};
-  /// stop() lets replies under way go out for at most so long.
+  /// Time in which stop() lets pending replies be sent.
   std::chrono::milliseconds drain_deadline{500};
   api::EndpointId endpoint = 0;  ///< stamped on every command of this listener
   /// Permissions of callers, for gRPC and the page; null = this machine may do everything, others
-  /// may look.
+  /// may read.
   std::shared_ptr<Access> access = {};
   AuditLog* audit = nullptr;        ///< records commands of gRPC and the page; null = none is kept
   std::shared_ptr<Tls> tls = {};    ///< encrypts gRPC and the page; null = nothing is encrypted

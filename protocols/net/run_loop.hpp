@@ -8,8 +8,8 @@
 
 namespace aprsim::protocols {
 
-/// Runs a listener's loop until it is stopped or has nothing left to do. A handler that throws
-/// costs what it was about at most; the other clients keep their service.
+/// Runs a listener's loop until it is stopped or has no work left. An exception of a handler is
+/// logged and affects only that handler's client.
 inline void run_loop(boost::asio::io_context& io, std::string_view listener) {
   while (true) {
     try {

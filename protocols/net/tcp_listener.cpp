@@ -2,10 +2,13 @@
 
 #include <chrono>
 #include <exception>
+#include <memory>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
+#include <span>
 #include <sys/socket.h>
 #include <utility>
+#include <vector>
 
 #include <boost/asio/error.hpp>
 #include <boost/asio/ip/address.hpp>
@@ -21,6 +24,23 @@ using boost::system::error_code;
 constexpr auto kRetryDelay = std::chrono::milliseconds(100);
 constexpr auto kLogInterval = std::chrono::seconds(1);
 constexpr int kAcceptsPerTurn = 32;
+constexpr int kPortAttempts = 100;
+
+/// The addresses to bind; none for a text that is no address.
+std::vector<asio::ip::address> addresses_of(const std::string& text) {
+  if (text == "localhost") {
+    return {asio::ip::address_v4::loopback(), asio::ip::address_v6::loopback()};
+  }
+  error_code error;
+  const asio::ip::address address = asio::ip::make_address(text, error);
+  return error ? std::vector<asio::ip::address>() : std::vector{address};
+}
+
+/// Whether the machine does not have the address, or not its protocol.
+bool is_missing(const error_code& error) {
+  return error == asio::error::address_family_not_supported ||
+         error == boost::system::errc::address_not_available;
+}
 
 std::string text(const tcp::endpoint& peer) {
   const std::string address = peer.address().to_string();
@@ -33,8 +53,8 @@ void set_option(int fd, int level, int option, int value) {
   (void)::setsockopt(fd, level, option, &value, sizeof value);
 }
 
-// A peer that has gone without a word is noticed after 11 s: 5 s idle, then 3 probes 2 s apart;
-// after 10 s when data wait to be acknowledged.
+// A peer that vanishes without FIN or RST is detected after 11 s (5 s idle, then 3 probes 2 s
+// apart), or after 10 s if data are unacknowledged.
 void prepare(tcp::socket& socket) {
   const int fd = socket.native_handle();
   set_option(fd, IPPROTO_TCP, TCP_NODELAY, 1);
@@ -53,46 +73,69 @@ TcpListener::TcpListener(asio::io_context& io, std::string name, ListenerOptions
       options_(std::move(options)),
       on_accept_(std::move(on_accept)),
       on_refused_(std::move(on_refused)),
-      acceptor_(io),
+      acceptors_{tcp::acceptor(io), tcp::acceptor(io)},
       retry_(io),
       limiter_(ConnectionLimiter::create(options_.limits)) {}
 
 Result<std::uint16_t> TcpListener::listen() {
-  const auto failed = [this](const std::string& cause) {
-    return fail(ErrorCode::kUnavailable, name_,
-                "cannot listen on " + options_.address + " port " + std::to_string(options_.port) +
-                    ": " + cause);
-  };
   auto allow = AllowList::from(options_.allow, name_ + ".allow");
   if (!allow) return tl::unexpected(allow.error());
   allow_ = std::move(*allow);
-  error_code error;
-  const asio::ip::address address = asio::ip::make_address(options_.address, error);
-  if (error) {
+  const auto addresses = addresses_of(options_.address);
+  if (addresses.empty()) {
     return fail(ErrorCode::kInvalidArgument, name_ + ".address",
-                "cannot listen on " + options_.address + ": not a numeric IPv4 or IPv6 address");
+                "cannot listen on " + options_.address +
+                    ": neither a numeric IPv4 or IPv6 address nor localhost");
   }
-  const tcp::endpoint endpoint(address, options_.port);
-  acceptor_.open(endpoint.protocol(), error);
-  if (!error) acceptor_.set_option(tcp::acceptor::reuse_address(true), error);
-  if (!error) acceptor_.bind(endpoint, error);
-  if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
-  if (!error) acceptor_.non_blocking(true, error);
-  const tcp::endpoint bound = error ? endpoint : acceptor_.local_endpoint(error);
-  if (error) {
+  // A port that the system picks for one address may be taken at the other.
+  const int attempts = options_.port == 0 && addresses.size() > 1 ? kPortAttempts : 1;
+  Result<std::uint16_t> port;
+  for (int i = 0; i < attempts; ++i) {
+    port = bind_all(addresses);
+    if (port) break;
     close();
-    return failed(error.message());
   }
-  options_.port = bound.port();  // the same again after a pause
-  accept();
-  return bound.port();
+  if (!port) return port;
+  options_.port = *port;  // the same again after a pause
+  for (auto& acceptor : acceptors_) {
+    if (acceptor.is_open()) accept(acceptor);
+  }
+  return port;
+}
+
+Result<std::uint16_t> TcpListener::bind_all(std::span<const asio::ip::address> addresses) {
+  std::uint16_t port = options_.port;
+  for (std::size_t i = 0; i < addresses.size(); ++i) {
+    tcp::acceptor& acceptor = acceptors_[i];
+    const tcp::endpoint endpoint(addresses[i], port);
+    error_code error;
+    acceptor.open(endpoint.protocol(), error);
+    if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
+    if (!error) acceptor.bind(endpoint, error);
+    if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
+    if (!error) acceptor.non_blocking(true, error);
+    const tcp::endpoint bound = error ? endpoint : acceptor.local_endpoint(error);
+    if (error && i > 0 && is_missing(error)) {
+      // A machine without IPv6 has one loopback only.
+      error_code ignored;
+      acceptor.close(ignored);
+      continue;
+    }
+    if (error) {
+      return fail(ErrorCode::kUnavailable, name_,
+                  "cannot listen on " + addresses[i].to_string() + " port " + std::to_string(port) +
+                      ": " + error.message());
+    }
+    port = bound.port();
+  }
+  return port;
 }
 
 void TcpListener::resume() {
-  if (acceptor_.is_open()) return;
+  if (acceptors_.front().is_open()) return;
   const Result<std::uint16_t> port = listen();
   if (port) return;
-  spdlog::error("{}: {}; trying again", name_, port.error().message);
+  spdlog::error("{}: {}; retrying", name_, port.error().message);
   close();
   retry_.expires_after(kRetryDelay);
   retry_.async_wait([this](const error_code& cancelled) {
@@ -102,34 +145,34 @@ void TcpListener::resume() {
 
 void TcpListener::close() {
   error_code ignored;
-  acceptor_.close(ignored);
+  for (auto& acceptor : acceptors_) acceptor.close(ignored);
   retry_.cancel(ignored);
 }
 
-void TcpListener::accept() {
-  acceptor_.async_wait(tcp::acceptor::wait_read, [this](const error_code& aborted) {
-    if (!aborted && acceptor_.is_open()) accept_waiting();
+void TcpListener::accept(tcp::acceptor& acceptor) {
+  acceptor.async_wait(tcp::acceptor::wait_read, [this, &acceptor](const error_code& aborted) {
+    if (!aborted && acceptor.is_open()) accept_waiting(acceptor);
   });
 }
 
-void TcpListener::accept_waiting() {
+void TcpListener::accept_waiting(tcp::acceptor& acceptor) {
   for (int i = 0; i < kAcceptsPerTurn; ++i) {
-    tcp::socket socket(acceptor_.get_executor());
+    tcp::socket socket(acceptor.get_executor());
     error_code error;
-    acceptor_.accept(socket, error);
+    acceptor.accept(socket, error);
     if (error == asio::error::would_block) break;
     if (error == asio::error::connection_aborted) continue;
-    if (error) return retry_later(error.message());
+    if (error) return retry_later(acceptor, error.message());
     try {
       admit(std::move(socket));
     } catch (const std::exception& problem) {
-      return retry_later(problem.what());
+      return retry_later(acceptor, problem.what());
     }
   }
-  accept();
+  accept(acceptor);
 }
 
-// A socket that is not handed on is closed.
+// A socket that gets no slot is closed.
 void TcpListener::admit(tcp::socket socket) {
   error_code gone;
   const tcp::endpoint endpoint = socket.remote_endpoint(gone);
@@ -168,17 +211,18 @@ void TcpListener::refuse(const std::string& peer, const std::string& why) {
   refused_unlogged_ = 0;
 }
 
-// Out of descriptors or memory: the connection stays in the queue, and accepting it at once would
-// spin.
-void TcpListener::retry_later(const std::string& why) {
+// Descriptors or memory are exhausted. The connection stays in the queue, so an immediate retry
+// would spin.
+void TcpListener::retry_later(tcp::acceptor& acceptor, const std::string& why) {
   const auto now = std::chrono::steady_clock::now();
   if (now - last_failure_log_ >= kLogInterval) {
-    spdlog::error("{}: cannot accept: {}; trying again", name_, why);
+    spdlog::error("{}: cannot accept: {}; retrying", name_, why);
     last_failure_log_ = now;
   }
-  retry_.expires_after(kRetryDelay);
-  retry_.async_wait([this](const error_code& cancelled) {
-    if (!cancelled && acceptor_.is_open()) accept();
+  // Both acceptors may wait at once.
+  const auto retry = std::make_shared<asio::steady_timer>(acceptor.get_executor(), kRetryDelay);
+  retry->async_wait([this, &acceptor, retry](const error_code& cancelled) {
+    if (!cancelled && acceptor.is_open()) accept(acceptor);
   });
 }
 

@@ -19,22 +19,22 @@
 
 namespace aprsim::protocols {
 
-/// The common part of listeners over raw sockets: an io_context with the one thread that runs it,
-/// the acceptor, the open connections, and an orderly end. For use inside a listener; its header
-/// stays out of other headers.
+/// The common part of listeners over raw sockets: an io_context with its single thread, the
+/// acceptor, the open connections, and an orderly shutdown. For use inside a listener; do not
+/// include it in other headers.
 ///
-/// A `Connection` has start(); drain(), which finishes what is on its way and ends; close(), which
-/// ends at once; evict(), which does so for a new client's sake; and slot(). When it has ended it
-/// calls ended() of its service, once.
+/// A `Connection` has start(); drain(), which sends pending replies and ends; close(), which ends
+/// at once; evict(), which ends at once in favour of a new client; and slot(). At its end it calls
+/// ended() of its service once.
 ///
-/// The owner destroys it, or calls stop(), before what the connections refer to ends.
+/// The owner destroys it, or calls stop(), before the objects that the connections refer to.
 template <typename Connection>
 class TcpService {
  public:
   using Make = std::function<std::shared_ptr<Connection>(TcpListener::Socket, std::string peer,
                                                          TcpListener::Slot slot)>;
 
-  /// `make` wraps an accepted socket. After the drain deadline what still drains is closed.
+  /// `make` wraps an accepted socket. Connections that still drain at the deadline are closed.
   TcpService(std::string name, const ListenerOptions& options, Make make)
       : name_(std::move(name)),
         drain_deadline_(options.drain_deadline),
@@ -59,12 +59,12 @@ class TcpService {
   void start() {
     thread_ = std::thread([this] { run_loop(io_, name_); });
   }
-  /// No more connections from now on; those that are open go on.
+  /// Accepts no more connections; open ones continue.
   void stop_accepting() {
     boost::asio::post(io_, [this] { listener_.close(); });
   }
-  /// Drains and waits for the end; `on_drain` cancels, on the service's thread, what else the owner
-  /// has pending there. Nothing happens unless it runs.
+  /// Drains and waits for the end. `on_drain` cancels, on the service's thread, the owner's other
+  /// pending work there. No effect unless the service runs.
   void stop(std::function<void()> on_drain = [] {}) {
     if (!thread_.joinable()) return;
     boost::asio::post(io_, [this, &on_drain] { drain(on_drain); });
@@ -74,7 +74,7 @@ class TcpService {
   // Thread: the service's.
 
   [[nodiscard]] bool draining() const { return draining_; }
-  /// Refuses connections, or takes them again on the same port.
+  /// Refuses connections, or accepts them again on the same port.
   void refuse_connections(bool refuse) {
     if (draining_) return;
     if (refuse) {

@@ -11,19 +11,19 @@
 
 namespace aprsim::protocols {
 
-/// The part that a listener or one of its connections takes in virtual time. It asks for a span of
-/// simulated time, and goes on in its own thread when that has passed. Thread: the executor's.
+/// A listener's or connection's participation in virtual time: it requests a span of simulated time
+/// and continues on its own thread when that has passed. Thread: the executor's.
 class TimePacer {
  public:
-  /// `time` outlives it; null = the wall clock passes time, and nobody joins.
+  /// `time` outlives it; null = the wall clock passes time, and join() has no effect.
   TimePacer(api::VirtualTime* time, boost::asio::any_io_executor io);
   ~TimePacer() { leave(); }
   TimePacer(const TimePacer&) = delete;
   TimePacer& operator=(const TimePacer&) = delete;
 
-  /// Whether pacers with that role have been declared.
+  /// Whether pacers of that role are declared.
   [[nodiscard]] bool is_registered(const std::string& role) const;
-  /// Joins, unless it has joined or all places of the role are taken.
+  /// Joins, unless it has joined before or all places of the role are taken.
   void join(api::PacerRole role);
   [[nodiscard]] bool joined() const { return id_.has_value(); }
 
@@ -33,17 +33,17 @@ class TimePacer {
   [[nodiscard]] SimTime poll_period() const { return time_->poll_period(); }
   /// Posts `then` once `span` has passed, unless it has been cancelled or has left before.
   void after(SimTime span, std::function<void()> then);
-  /// Something waits for its time.
+  /// Whether a continuation waits for its time.
   [[nodiscard]] bool waiting() const { return *then_ != nullptr; }
-  /// The instant that it has asked for still holds, but nothing follows.
+  /// Drops the continuation; the requested instant stays.
   void cancel() { *then_ = nullptr; }
 
-  // Nothing where it has not joined:
+  // No effect where it has not joined:
 
-  /// The client may be gone: nobody is left behind for its sake.
+  /// The client may be gone, so time stops waiting for it.
   void finish();
   void leave();
-  /// As leave(), of one that is not let in again for a while.
+  /// As leave(), and it may not join again for a while.
   void exclude();
 
  private:

@@ -16,12 +16,12 @@ struct ssl_st;
 
 namespace aprsim::protocols {
 
-/// Where a listener's certificate is, and whose it asks its clients for. All in PEM.
+/// The files of a listener's certificate and of its clients' authorities, in PEM.
 struct TlsFiles {
-  std::string certificate;     ///< with those between it and its authority behind it
+  std::string certificate;     ///< followed by its intermediate certificates
   std::string key;             ///< without a password, and not readable by everybody
-  std::string client_ca = {};  ///< authorities of clients' certificates; empty = none is asked for
-  bool client_needed = false;  ///< who has none is not served
+  std::string client_ca = {};  ///< authorities of clients' certificates; empty = none is requested
+  bool client_needed = false;  ///< refuse clients without a certificate
 };
 
 /// How the connections of a listener are encrypted: TLS 1.2 or 1.3, by OpenSSL. Thread: any.
@@ -29,8 +29,8 @@ class Tls {
  public:
   enum class Protocol : std::uint8_t { kHttp1, kHttp2 };
 
-  /// Errors name key, file and what is wrong with it: unreadable, no certificate, expired, a key
-  /// that is not the certificate's.
+  /// Errors name key, file and fault: unreadable, no certificate, expired, a key of another
+  /// certificate.
   [[nodiscard]] static Result<std::shared_ptr<Tls>> load(const TlsFiles& files, Protocol protocol);
 
   /// Reads the files again, for connections from now on. An error changes nothing.
@@ -40,7 +40,7 @@ class Tls {
 
   /// The certificate that the client has shown in a finished handshake; null = none.
   [[nodiscard]] static std::shared_ptr<const ClientCertificate> client_of(ssl_st* connection);
-  /// Why a handshake has failed, in words; counts it.
+  /// Counts a failed handshake and describes its cause.
   [[nodiscard]] std::string failure(ssl_st* connection, const std::string& error);
   [[nodiscard]] std::uint64_t failures() const { return failures_; }
 

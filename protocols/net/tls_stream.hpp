@@ -10,7 +10,7 @@
 namespace aprsim::protocols {
 
 /// A client's socket, encrypted or not, for Asio's operations with handlers. An encrypted one is
-/// read and written after its handshake. For use inside a listener; its header stays out of other
+/// read and written after its handshake. For use inside a listener; do not include it in other
 /// headers. Thread: the listener's.
 template <typename Tcp>
 class TlsStream {
@@ -38,7 +38,7 @@ class TlsStream {
   void async_handshake(Handler&& handler) {
     secure().async_handshake(boost::asio::ssl::stream_base::server, std::forward<Handler>(handler));
   }
-  /// Says goodbye on an encrypted one, and waits for the client's.
+  /// Sends close_notify on an encrypted stream and waits for the client's.
   template <typename Handler>
   void async_shutdown(Handler&& handler) {
     secure().async_shutdown(std::forward<Handler>(handler));

@@ -6,7 +6,7 @@
 
 namespace aprsim::protocols {
 
-/// Why a command that the snapshot includes could not be carried out; null = it was. Thread: any.
+/// The error of a command that the snapshot includes; null = it succeeded. Thread: any.
 [[nodiscard]] inline const Error* failure_of(const api::Snapshot& snapshot, api::Ticket ticket) {
   if (!snapshot.failures) return nullptr;
   const auto found = std::ranges::find(*snapshot.failures, ticket, &api::CommandFailure::ticket);

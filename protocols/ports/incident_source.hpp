@@ -10,9 +10,9 @@
 
 namespace aprsim::protocols {
 
-/// The latest of a run as a journal file, which can be run again elsewhere.
+/// The latest part of a run as a journal file, for a replay elsewhere.
 struct Incident {
-  std::string name;  ///< of a file
+  std::string name;  ///< suggested file name
   /// The file's bytes, one piece after the other.
   std::vector<std::shared_ptr<const std::string>> pieces;
 };
@@ -22,10 +22,10 @@ class IncidentSource {
   using Done = std::function<void(Result<Incident>)>;
 
   virtual ~IncidentSource() = default;
-  /// All from the last checkpoint that is `last` of simulated time or more back, or from the oldest
-  /// that is kept, up to now. Calls `done` once, from a thread of its own, which must not wait
-  /// there. Errors: kFailedPrecondition (nothing is kept), kUnavailable (it ends). Thread: any;
-  /// never waits.
+  /// Delivers the run since the last checkpoint that is at least `last` of simulated time ago, or
+  /// the oldest one kept. Calls `done` once, on a thread of its own, which `done` must not block.
+  /// Errors: kFailedPrecondition (nothing is kept), kUnavailable (the daemon is stopping). Thread:
+  /// any; never blocks.
   virtual void take_incident(std::chrono::nanoseconds last, Done done) = 0;
 };
 

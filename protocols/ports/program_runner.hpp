@@ -16,7 +16,7 @@ struct ProgramOffer {
   bool scenario = false;  ///< resets the cell, with a seed, and ends by itself
 };
 
-/// How far one order is, as the program says.
+/// Progress of an order, as the program reports it.
 struct OrderProgress {
   std::string name, tray, state;
   std::uint32_t kits = 0, done = 0, parts = 0, parts_wanted = 0;
@@ -25,12 +25,12 @@ struct OrderProgress {
 /// Status of all programs. Immutable.
 struct ProgramStatus {
   std::vector<ProgramOffer> offers;
-  std::string refusal;  ///< why none can be started; empty = they can
-  std::string name;     ///< of the program that runs, or ran last; empty = none has
+  std::string refusal;  ///< why no program can be started; empty = they can
+  std::string name;     ///< of the running or last program; empty = none
   bool running = false;
   bool stopping = false;
-  bool failed = false;  ///< it has ended otherwise than it should
-  std::string ended;    ///< how it has ended, in words
+  bool failed = false;  ///< it has ended with an error
+  std::string ended;    ///< description of its end
   double time_s = 0;    ///< simulated, as the program says
   std::uint32_t placed = 0;
   std::vector<OrderProgress> orders;
@@ -42,7 +42,7 @@ struct ProgramStatus {
 class ProgramRunner {
  public:
   virtual ~ProgramRunner() = default;
-  /// Refused while one runs. What becomes of it is told in the status.
+  /// Refused while a program runs. The status reports its progress.
   [[nodiscard]] virtual Result<void> start(const std::string& name,
                                            std::optional<std::uint64_t> seed) = 0;
   [[nodiscard]] virtual Result<void> stop() = 0;

@@ -4,11 +4,12 @@
 
 namespace aprsim::protocols {
 
-/// Hears what listeners say no to themselves, before the cell sees it. Thread: any; never waits.
+/// Receives the requests that listeners refuse before the cell sees them. Thread: any; never
+/// blocks.
 class RefusalSink {
  public:
   virtual ~RefusalSink() = default;
-  /// `source`: the listener, "crcl.fanuc"; `what` was refused, and why.
+  /// `source`: the listener, "crcl.fanuc"; `what`: the request and the reason.
   virtual void refused(std::string_view source, std::string_view what) = 0;
 };
 

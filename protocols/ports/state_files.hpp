@@ -8,7 +8,7 @@
 
 namespace aprsim::protocols {
 
-/// Saved states as the bytes of files, for listeners, to which a state is opaque. Thread: any.
+/// Converts saved states to the bytes of files and back. Thread: any.
 class StateFiles {
  public:
   virtual ~StateFiles() = default;
@@ -20,8 +20,9 @@ class StateFiles {
     std::string name;  ///< as it was saved
     api::StatePtr state;
   };
-  /// Errors, field "file": kInvalidArgument where the bytes are no such file, or damaged;
-  /// kFailedPrecondition where they are of another scene or layout, named; kUnavailable as above.
+  /// Errors, field "file": kInvalidArgument where the bytes are no state file or damaged;
+  /// kFailedPrecondition where they belong to another scene or layout, which it names; kUnavailable
+  /// as above.
   [[nodiscard]] virtual Result<Read> read(std::string bytes) = 0;
 };
 

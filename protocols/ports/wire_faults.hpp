@@ -17,14 +17,14 @@ namespace aprsim::protocols {
       std::chrono::duration<double>(api::InjectedFaults::value(*fault, "delay")));
 }
 
-/// Whether an injected fault lasts.
+/// Whether an injected fault is active.
 [[nodiscard]] inline bool injected(const api::Snapshot& snapshot, faults::Kind kind,
                                    int robot = -1) {
   return snapshot.faults && snapshot.faults->active(kind, robot) != nullptr;
 }
 
-/// Tells of each momentary fault once, whatever snapshots were missed in between. Those that a
-/// saved state brings with it are over. Thread: one at a time.
+/// Reports each momentary fault once, also where snapshots were missed. Faults of a saved state
+/// that was loaded count as over. Thread: one at a time.
 class MomentaryFaults {
  public:
   MomentaryFaults(faults::Kind kind, int robot) : kind_(kind), robot_(robot) {}

@@ -5,8 +5,7 @@
 #include <memory>
 #include <string>
 
-/// All that goes over the wires, for whoever keeps it. Beside the tap, which gives events up for
-/// those that come, this is the whole of it.
+/// Complete traffic of the wires, for the journal. (The tap keeps only the latest part.)
 namespace aprsim::protocols {
 
 enum class WireKind { kCrcl, kModbus, kVision, kGrpc, kWeb };
@@ -16,26 +15,26 @@ enum class WireContent { kOpened, kReceived, kSent, kClosed };
 struct WireConnection {
   WireKind kind = WireKind::kCrcl;
   std::string listener;      ///< as in the ports file
-  std::uint64_t number = 0;  ///< among all of the process, from 1
+  std::uint64_t number = 0;  ///< in this process, from 1
   std::string peer;          ///< address and port
 };
 
-/// One thing that happened on a connection.
+/// An event of a connection.
 struct WireRecord {
   std::shared_ptr<const WireConnection> connection;
   WireContent content = WireContent::kOpened;
   std::chrono::system_clock::time_point wall{};
   std::uint64_t epoch = 0, step = 0;     ///< of the latest snapshot
   std::chrono::nanoseconds sim_time{0};  ///< of that
-  std::string data;    ///< a document, unit, line or message, whole; of what is none, its bytes
+  std::string data;    ///< a whole document, unit, line or message; else the bytes
   std::string method;  ///< of gRPC, "/aprsim.v1.ControlService/Pause"
-  std::string text;    ///< why a connection ended, what was wrong with what came
+  std::string text;    ///< why a connection ended, or the error of a message
 };
 
 class WireTrace {
  public:
   virtual ~WireTrace() = default;
-  /// Takes it, or counts it as missing; never waits. Thread: any.
+  /// Accepts the record or counts it as missing; never blocks. Thread: any.
   virtual void note(WireRecord record) = 0;
 };
 

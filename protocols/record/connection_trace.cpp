@@ -75,7 +75,7 @@ WireRecord ConnectionTrace::record_of(WireContent content, std::string_view data
     record.text = text;
   } catch (const std::bad_alloc&) {
     record.data.clear();
-    record.text = "no memory";  // and takes none
+    record.text = "no memory";  // short enough to need none
   }
   set_time(record, *source_);
   return record;

@@ -10,11 +10,11 @@
 
 namespace aprsim::protocols {
 
-/// A connection's part of the trace, from its opening to its end. Where nobody traces, every call
-/// is next to nothing. Thread: the connection's.
+/// Records one connection from its opening to its end. Without a trace, calls cost almost nothing.
+/// Thread: the connection's.
 class ConnectionTrace {
  public:
-  /// Traces nothing.
+  /// Records nothing.
   ConnectionTrace() = default;
   /// `trace` may be null; it and the source outlive the connection.
   ConnectionTrace(WireTrace* trace, const api::SnapshotSource& source, WireKind kind,
@@ -23,20 +23,20 @@ class ConnectionTrace {
   ConnectionTrace(ConnectionTrace&& other) noexcept;
   ConnectionTrace& operator=(ConnectionTrace&& other) noexcept;
 
-  /// Whole, as on the wire; `text`: what was wrong with it.
+  /// Records a message as it was on the wire; `text`: its error.
   void received(std::string_view data, std::string_view text = {}) {
     if (trace_ != nullptr) note(WireContent::kReceived, data, text);
   }
-  /// The same for what is answered at once: it is made a record now, and handed over with the next
-  /// one or with catch_up(), when the answer is on its way.
+  /// The same for a message that is answered at once: the record is created now, and passed on with
+  /// the next one or by catch_up(), after the answer was sent.
   void received_first(std::string_view data);
   void catch_up();
   void sent(std::string_view data) {
     if (trace_ != nullptr) note(WireContent::kSent, data, {});
   }
-  /// Counts once.
+  /// A second call does nothing.
   void closed(std::string_view why);
-  /// 0 = nothing is traced.
+  /// 0 = no trace.
   [[nodiscard]] std::uint64_t number() const { return connection_ ? connection_->number : 0; }
 
  private:
@@ -47,10 +47,10 @@ class ConnectionTrace {
   WireTrace* trace_ = nullptr;
   const api::SnapshotSource* source_ = nullptr;
   std::shared_ptr<const WireConnection> connection_;
-  std::optional<WireRecord> first_;  ///< made, and not handed over yet
+  std::optional<WireRecord> first_;  ///< created and not passed on yet
 };
 
-/// Notes one thing with the time of now and of the latest snapshot.
+/// Passes on a record with the present time and that of the latest snapshot.
 void note(WireTrace& trace, const api::SnapshotSource& source, WireRecord record);
 
 }  // namespace aprsim::protocols

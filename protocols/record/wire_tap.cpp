@@ -12,7 +12,7 @@
 namespace aprsim::protocols {
 namespace {
 
-/// Memory of an event, its own members and its place in a queue included.
+/// Memory of an event and of its entry in a queue.
 std::size_t size_of(const WireEvent& event) {
   return sizeof event + 2 * sizeof(WireEventPtr) + event.source.size() + event.peer.size() +
          event.type.size() + event.state.size() + event.data.size();
@@ -76,7 +76,7 @@ void WireTap::audit(const WireEvent& event) const {
                      .request = event.data,
                      .outcome = event.state,
                      .time = event.time};
-  // Modbus has no words, but bytes.
+  // Modbus requests have no text, hence their bytes.
   if (event.type.empty()) {
     record.command = "write";
     record.request = fmt::format("{:02x}", fmt::join(as_bytes(event.data), ""));
@@ -114,7 +114,7 @@ std::uint64_t WireTap::read(std::uint64_t from, bool with_polls, std::size_t max
   };
   for (const auto& [source, kept] : commands_) begin_at(kept);
   if (with_polls) begin_at(polls_);
-  // The queues, each in order, become one.
+  // Merges the sorted queues.
   for (std::size_t bytes = 0; !queues.empty();) {
     const auto next = std::min_element(
         queues.begin(), queues.end(),

@@ -21,11 +21,11 @@ struct WireEvent {
   std::string source;  ///< listener, "crcl.fanuc", or "page"
   std::string peer;    ///< address and port
   bool from_client = false;
-  bool poll = false;  ///< asks for the state or tells it, and changes nothing
+  bool poll = false;  ///< requests or reports the state, changes nothing
   std::chrono::system_clock::time_point time;
   std::string type;             ///< "MoveToType"; empty for Modbus
   std::int64_t id = 0;          ///< CommandID or transaction
-  std::string state;            ///< of a status; else what was wrong with a document, if anything
+  std::string state;            ///< of a status; else the error of a document, if any
   double latency_s = 0;         ///< of a reply, since its request
   std::string data;             ///< as on the wire, cut to WireTap::kMaxData
   std::size_t data_bytes = 0;   ///< before it was cut; the tap's
@@ -36,37 +36,37 @@ struct WireEvent {
 
 using WireEventPtr = std::shared_ptr<const WireEvent>;
 
-/// Keeps what listeners see for whoever looks, now or later, without ever making a listener wait.
-/// Commands are kept from the start, each for kKeep at least as long as they fit into the bytes;
-/// where they do not, the source that has most gives up its oldest. Polls are kept only while
-/// somebody wants them, apart, and push no command out. Thread: any.
+/// Keeps the messages of listeners for pages, without ever blocking a listener. Commands are kept
+/// for kKeep; where they need more memory than allowed, the oldest of the source with most bytes
+/// are dropped. Polls are kept only while a page wants them, and displace no commands. Thread: any.
 class WireTap {
  public:
   static constexpr std::size_t kMaxData = 4096;   ///< of one event [bytes]
   static constexpr std::size_t kMaxPolls = 1024;  ///< the latest
   static constexpr std::size_t kMaxPollBytes = std::size_t{2} << 20;
   static constexpr std::chrono::minutes kKeep{15};
-  static constexpr std::size_t kKeptAnyway = 500;  ///< commands of a source, however old
+  static constexpr std::size_t kKeptAnyway =
+      500;  ///< commands of a source that are kept regardless of age
 
   /// `max_bytes`: of all commands. The source outlives the tap.
   explicit WireTap(const api::SnapshotSource& source, std::size_t max_bytes = std::size_t{16} << 20)
       : source_(source), max_bytes_(max_bytes) {}
 
-  /// Commands of the wires go there too from now on; those of pages do not. Before the listeners
-  /// start.
+  /// Also writes commands of the wires to this audit log; those of pages are written elsewhere.
+  /// Call it before the listeners start.
   void audit_to(AuditLog* audit) { audit_ = audit; }
 
   [[nodiscard]] bool wants_polls() const { return wants_polls_.load(std::memory_order_relaxed); }
-  /// Turning it off forgets those that are kept.
+  /// Turning it off drops all kept polls.
   void want_polls(bool on);
 
   void note(WireEvent event);
 
-  /// Appends the events numbered `from` and higher in their order, some `max_bytes` of them at
-  /// most; returns the number to go on from.
+  /// Appends the events from number `from` on in order, about `max_bytes` at most; returns the
+  /// number to continue with.
   [[nodiscard]] std::uint64_t read(std::uint64_t from, bool with_polls, std::size_t max_bytes,
                                    std::vector<WireEventPtr>& out) const;
-  /// Commands that are no longer kept.
+  /// Commands that were dropped.
   [[nodiscard]] std::uint64_t given_up() const;
 
  private:

@@ -14,7 +14,7 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 
-// Lines in the kernel are stale for a slow reader: no more than a few.
+// A small buffer: lines in the kernel are stale for a slow reader.
 constexpr int kSendBufferBytes = 8 * 1024;
 
 }  // namespace
@@ -36,7 +36,7 @@ VisionConnection::VisionConnection(asio::ip::tcp::socket socket, protocols::Limi
       write_timer_(socket_.get_executor()) {
   error_code ignored;
   socket_.set_option(asio::socket_base::send_buffer_size(kSendBufferBytes), ignored);
-  // A reader asks for nothing; one that does not read is dropped anyway.
+  // Readers send no requests; one that does not read is dropped anyway.
   slot_.keep();
 }
 
@@ -84,7 +84,7 @@ void VisionConnection::on_read(std::size_t size) {
   if (!std::exchange(heard_, true)) {
     const std::string_view protocol = protocols::foreign_protocol({input_.data(), size});
     if (!protocol.empty()) {
-      return drop("it speaks " + std::string(protocol) + ", which has no business here");
+      return drop("it speaks " + std::string(protocol) + ", not the vision protocol");
     }
   }
   read();
@@ -105,7 +105,7 @@ void VisionConnection::send_next() {
   write_timer_.expires_after(options_.write_timeout);
   write_timer_.async_wait([self = weak_from_this()](const error_code& cancelled) {
     const auto connection = self.lock();
-    if (!cancelled && connection) connection->drop("takes no frames");
+    if (!cancelled && connection) connection->drop("it did not take frames in time");
   });
   write();
 }

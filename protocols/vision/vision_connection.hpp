@@ -26,16 +26,16 @@ struct VisionCounters {
 /// One frame, shared by all connections that send it.
 using VisionLine = std::shared_ptr<const std::string>;
 
-/// One client's socket: sends whole lines, of those that came while one was on its way only the
-/// latest. What the client sends is read and thrown away, unless it begins as browsers do: then the
-/// connection ends. A client that has finished sending still gets lines. Keeps itself alive while
-/// an operation is pending. Thread: the server's.
+/// One client's socket. It sends whole lines; while one is being sent, only the latest of the new
+/// lines is kept. Input is discarded; a browser's input closes the connection. A client that has
+/// finished sending still gets lines. Keeps itself alive while an operation is pending. Thread: the
+/// server's.
 class VisionConnection : public std::enable_shared_from_this<VisionConnection> {
  public:
   using OnEnd = std::function<void(VisionConnection&)>;
 
-  /// `on_idle` is called when all that was offered is on its way; `on_end` is called once, when the
-  /// socket has been closed.
+  /// `on_idle` is called when no offered line is left; `on_end` is called once, when the socket has
+  /// been closed.
   VisionConnection(boost::asio::ip::tcp::socket socket, protocols::LimitedLog& log,
                    std::string peer, protocols::ConnectionLimiter::Slot slot,
                    protocols::ConnectionTrace trace, const VisionServerOptions& options,
@@ -43,13 +43,13 @@ class VisionConnection : public std::enable_shared_from_this<VisionConnection> {
 
   void start();
   void offer(VisionLine line);
-  /// Something that was offered is not yet on its way.
+  /// Whether an offered line is not yet being sent.
   [[nodiscard]] bool busy() const { return sending_ && !closed_; }
-  /// Closes once the line on its way is out.
+  /// Closes after the line that is being sent.
   void drain();
   /// Closes at once.
   void close();
-  void evict() { drop("its place is needed"); }
+  void evict() { drop("evicted for a new client"); }
   [[nodiscard]] protocols::ConnectionLimiter::Slot& slot() { return slot_; }
 
  private:

@@ -11,7 +11,7 @@ namespace aprsim::vision_server {
 /// on one line that ends in a line feed. Names are type names and repeat; rotation in radians, x
 /// and y in millimetres; types are P (part), PT (part tray) and KT (kit tray). With `empty_slots`,
 /// each body of the cell that was not detected follows as `name,,,,,type,`, as the lab's cameras
-/// report what they look for and do not find.
+/// report undetected parts.
 [[nodiscard]] std::string vision_line(const api::VisionFrame& frame,
                                       const api::CellDescription& cell, bool empty_slots);
 

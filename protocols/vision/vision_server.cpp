@@ -15,7 +15,7 @@ namespace aprsim::vision_server {
 
 namespace {
 
-/// How often the snapshot is asked for a new frame: adds this much to a frame's latency at most.
+/// Period of checking the snapshot for a new frame; the most that it adds to a frame's latency.
 constexpr std::chrono::milliseconds kPollPeriod{5};
 
 }  // namespace
@@ -124,7 +124,7 @@ class VisionServer::Impl {
     return protocols::injected(snapshot, faults::Kind::kCameraOutage, options_.robot);
   }
 
-  /// Sends a new frame, or the old one again when there has been none for long.
+  /// Sends a new frame, or repeats the old one after the repeat time.
   void refresh() {
     const api::SnapshotPtr snapshot = source_.latest();
     if (out_of_order(*snapshot)) return;
@@ -132,7 +132,7 @@ class VisionServer::Impl {
         snapshot->robots[static_cast<std::size_t>(options_.robot)].vision;
     const auto now = std::chrono::steady_clock::now();
     const bool fresh = !line_ || frame.number != number_ || snapshot->epoch != epoch_;
-    // Rather one poll too early than one too late.
+    // One poll early rather than one late.
     if (!fresh && now - sent_ + kPollPeriod <= options_.repeat) return;
     if (fresh) {
       line_ = std::make_shared<const std::string>(

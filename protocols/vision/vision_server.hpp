@@ -19,9 +19,9 @@ struct VisionServerOptions {
   protocols::ListenerOptions listener{.port = 4000};
   int robot = 0;             ///< index into CellDescription::robots
   bool empty_slots = false;  ///< name what was not detected, see vision_line.hpp
-  /// A frame that no other follows is sent again after so long, in wall time: readers time out.
+  /// The last frame is repeated after this wall time without a new one: readers time out.
   std::chrono::milliseconds repeat{250};
-  /// A connection that has not taken a frame after so long is closed.
+  /// A connection that has not taken a frame after this time is closed.
   std::chrono::milliseconds write_timeout{4000};
 };
 
@@ -31,12 +31,12 @@ struct VisionServerStats {
   std::uint64_t dropped = 0;   ///< connections we ended: peers that take no frames, browsers
   std::uint64_t open = 0;      ///< connections now
   std::uint64_t frames = 0;    ///< new frames from the camera, repetitions left out
-  std::uint64_t skipped = 0;   ///< frames that slow clients did not get
+  std::uint64_t skipped = 0;   ///< frames not sent to slow clients
 };
 
 /// Sends the frames of one robot's camera to any number of clients, as lines of text (see
 /// vision_line.hpp), from one thread of its own. A client gets the latest frame when it connects,
-/// then each new one; a slow client only the latest of those that it could not take.
+/// then each new one. A slow client gets only the latest of the frames that it missed.
 class VisionServer {
  public:
   /// Keeps a reference to the source, which must outlive the server.

@@ -26,6 +26,27 @@ constexpr const char* kNotice =
     "<p>The web view was not built into this daemon: it needs node and npm at build time.</p>"
     "</html>\n";
 
+constexpr const char* kHtml = "text/html; charset=utf-8";
+constexpr const char* kDocuments = "/docs/";
+constexpr const char* kNoDocuments =
+    "<!doctype html><html lang=\"en\"><title>aprsim: documents</title><h1>aprsim</h1>"
+    "<p>The documents have not been built. Run <code>docs/build</code> in the source tree and "
+    "start "
+    "the daemon again, or read the files in <code>docs</code>.</p></html>\n";
+/// Relative links of the site need its slash.
+constexpr const char* kToDocuments =
+    "<!doctype html><html lang=\"en\"><title>aprsim: documents</title>"
+    "<meta http-equiv=\"refresh\" content=\"0; url=/docs/\"><p><a href=\"/docs/\">Documents</a></p>"
+    "</html>\n";
+
+/// Adds the documents' site, or a page that says how to build it.
+void add_documents(const std::string& directory, AssetTable& assets) {
+  assets.add("/docs", kHtml, kToDocuments);
+  if (directory.empty() || !assets.add_tree(kDocuments, directory) || !assets.find(kDocuments)) {
+    assets.add(kDocuments, kHtml, kNoDocuments);
+  }
+}
+
 WebServerOptions with_access(WebServerOptions options) {
   if (!options.listener.access) {
     options.listener.access = std::make_shared<protocols::Access>(protocols::AccessRules{});
@@ -89,8 +110,9 @@ class WebServer::Impl {
     auto assets = std::make_shared<AssetTable>();
     if (auto ok = assets->add_directory(options_.assets); !ok || !assets->find("/")) {
       spdlog::warn("web: no page in {}: serving a notice instead", options_.assets);
-      assets->add("/", "text/html; charset=utf-8", kNotice);
+      assets->add("/", kHtml, kNotice);
     }
+    add_documents(options_.documents, *assets);
     for (const auto& [robot, file] : options_.models) {
       if (auto ok = assets->add_file("/models/" + robot + ".urdf", file); !ok) return ok;
     }

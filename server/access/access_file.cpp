@@ -45,7 +45,7 @@ std::string hex_of(const Bytes& bytes) {
   return text;
 }
 
-/// Exactly so many bytes; absent = it is none.
+/// Decodes hexadecimal digits of a fixed number of bytes; absent = malformed.
 std::optional<std::string> bytes_of(std::string_view hex, std::size_t size) {
   if (hex.size() != 2 * size) return std::nullopt;
   std::string bytes;
@@ -59,7 +59,7 @@ std::optional<std::string> bytes_of(std::string_view hex, std::size_t size) {
 }
 
 protocols::Role role_in(const yaml::Node& node) {
-  // In the order of the roles, whose first, none, is nobody's.
+  // In the order of the roles, without the first, none.
   return static_cast<protocols::Role>(node.word({"view", "operate", "inject", "admin"}) + 1);
 }
 
@@ -87,7 +87,7 @@ protocols::TokenEntry token_in(const yaml::Node& node) {
   return token;
 }
 
-/// A file that others may read tells them what to try, one that they may write lets them in.
+/// A file that others can read or write would give them access.
 Result<void> check_mode(const std::string& path) {
   struct stat status {};
   if (stat(path.c_str(), &status) != 0) {
@@ -143,7 +143,7 @@ std::optional<protocols::WallTime> time_of(const std::string& text) {
     if (end == nullptr || *end != '\0') continue;
     const std::tm asked = time;
     const std::time_t seconds = timegm(&time);
-    // The 31st of February would be another day.
+    // timegm() accepts the 31st of February as another day.
     if (time.tm_mday != asked.tm_mday || time.tm_mon != asked.tm_mon) return std::nullopt;
     return std::chrono::system_clock::from_time_t(seconds);
   }
@@ -190,7 +190,7 @@ Result<void> write_access_file(const std::string& path, const AccessFile& file) 
   };
   const int fd = mkostemp(name.data(), O_CLOEXEC);  // of mode 600
   if (fd < 0) return failed();
-  // The daemon whose file it is goes on reading it.
+  // The running daemon keeps reading the old file.
   struct stat before {};
   if (stat(path.c_str(), &before) == 0) (void)!fchown(fd, before.st_uid, before.st_gid);
   const std::string text = yaml_of(file);

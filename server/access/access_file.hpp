@@ -8,8 +8,8 @@
 
 namespace aprsim::server {
 
-/// The file of tokens and of names in client certificates with their roles (key access.file), made
-/// by `aprsimd token`. It keeps hashes: nobody learns a token from it.
+/// The file of tokens and of names in client certificates, with their roles (key access.file).
+/// `aprsimd token` writes it. It holds hashes instead of tokens.
 struct AccessFile {
   static constexpr std::size_t kMaxEntries = 256;  ///< of either kind
 
@@ -17,21 +17,21 @@ struct AccessFile {
   std::vector<protocols::CertificateEntry> certificates;
 };
 
-/// Refuses a file that others than its owner may read or write. Errors name file, place and what
-/// was expected.
+/// Reads the file; refuses one that other users may read or write. Errors name file, place and the
+/// expected value.
 [[nodiscard]] Result<AccessFile> read_access_file(const std::string& path);
 
-/// Replaces the file in one step, readable and writable for its owner only.
+/// Replaces the file atomically, with access for its owner only.
 [[nodiscard]] Result<void> write_access_file(const std::string& path, const AccessFile& file);
 
-/// A token that nobody guesses: 256 random bits.
+/// A new token of 256 random bits.
 [[nodiscard]] std::string random_token();
-/// Its entry, with a salt of its own.
+/// The entry of a token, with a random salt.
 [[nodiscard]] protocols::TokenEntry entry_of(const std::string& token, std::string name,
                                              protocols::Role role,
                                              std::optional<protocols::WallTime> expires);
 
-/// "2027-01-31T12:00:00Z"; a date alone means its beginning, in UTC. Absent = it is none.
+/// Parses "2027-01-31T12:00:00Z", or a date, which means its beginning in UTC. Absent = malformed.
 [[nodiscard]] std::optional<protocols::WallTime> time_of(const std::string& text);
 [[nodiscard]] std::string text_of(protocols::WallTime time);
 

@@ -10,17 +10,17 @@
 
 namespace aprsim::server {
 
-/// Rules of the configuration and its access file. Errors name key and file.
+/// Reads the rules from the configuration and its access file. Errors name key and file.
 [[nodiscard]] Result<protocols::AccessRules> access_rules(const Config& config);
 
-/// Whether somebody may command because of a token or certificate.
+/// Whether any token or certificate gives the right to command.
 [[nodiscard]] bool asks_for_credentials(const Config& config);
 
 /// Encryption of a listener; null = none. Errors name key and file.
 [[nodiscard]] Result<std::shared_ptr<protocols::Tls>> make_tls(const TlsConfig& config,
                                                                protocols::Tls::Protocol protocol);
 
-/// The networks that a listener without credentials serves: those named, and this machine.
+/// The networks that a listener without credentials serves: those of the list, and this machine.
 [[nodiscard]] std::vector<std::string> allowed_networks(std::vector<std::string> named);
 
 }  // namespace aprsim::server

@@ -21,7 +21,7 @@ bool is_link_local(const sockaddr& address) {
          IN6_IS_ADDR_LINKLOCAL(&reinterpret_cast<const sockaddr_in6&>(address).sin6_addr);
 }
 
-/// Addresses of the interfaces that are up, but for the loopback; IPv6 only if wanted.
+/// Addresses of the active interfaces without the loopback; those of IPv6 if wanted.
 std::vector<std::string> interface_addresses(bool v6) {
   ifaddrs* first = nullptr;
   if (getifaddrs(&first) != 0) return {};
@@ -45,25 +45,25 @@ std::vector<std::string> interface_addresses(bool v6) {
 /// Permissions over gRPC and on the page.
 std::string by_credentials(const Config& config, bool read_only) {
   const bool asks = asks_for_credentials(config);
-  const std::string holder = "who has a token or certificate may ";
-  std::string who = config.access.strangers_look ? "whoever reaches it may look"
-                    : asks                       ? holder + "look"
-                                                 : "nobody elsewhere may look";
+  const std::string holder = "holders of a token or certificate may ";
+  std::string who = config.access.strangers_look ? "anyone may view"
+                    : asks                       ? holder + "view"
+                                                 : "no other machine may view";
   if (config.access.insecure_control && !read_only) {
-    who = "whoever reaches it may command the cell (access.insecure_control)";
+    who = "anyone may command the cell (access.insecure_control)";
   } else if (read_only || !asks) {
     who += ", nobody may command";
   } else {
-    who += ", " + holder + "command by its role";
+    who += ", " + holder + "command according to their role";
   }
-  return who + (config.tls.certificate ? "" : "; nothing is encrypted");
+  return who + (config.tls.certificate ? "" : "; not encrypted");
 }
 
 /// Permissions of listeners without credentials.
 std::string by_address(const std::vector<std::string>& allow, const std::string& key,
                        const std::string& may) {
-  return allow.empty() ? "nobody elsewhere is served (" + key + " is empty)"
-                       : "whoever " + key + " names " + may;
+  return allow.empty() ? "no other machine is served (" + key + " is empty)"
+                       : "addresses in " + key + " " + may;
 }
 
 struct Listener {
@@ -77,18 +77,18 @@ Listener listener_of(const std::string& name, const Config& config) {
   }
   if (name.starts_with("vision.")) {
     return {config.vision.address,
-            by_address(config.vision.allow, "vision.allow", "may look, nobody may command")};
+            by_address(config.vision.allow, "vision.allow", "may view, nobody may command")};
   }
   if (name == "modbus") {
     return {config.modbus.address,
             by_address(
                 config.modbus.allow, "modbus.allow",
-                config.modbus.read_only ? "may look, nobody may command" : "may command the belt")};
+                config.modbus.read_only ? "may view, nobody may command" : "may command the belt")};
   }
   if (name == "grpc") return {config.grpc.address, by_credentials(config, false)};
   return {config.web.address,
           by_credentials(config, !config.web.control) +
-              (may_start_programs(config) ? "; who is admin may start programs" : "")};
+              (may_start_programs(config) ? "; admins may start programs" : "")};
 }
 
 }  // namespace
@@ -97,7 +97,7 @@ std::vector<std::string> outside_addresses(const std::string& address) {
   if (protocols::is_this_machine(address)) return {};
   if (address != "0.0.0.0" && address != "::") return {address};
   std::vector<std::string> all = interface_addresses(address == "::");
-  // None so far; one may come.
+  // There is no interface yet.
   if (all.empty()) all.push_back(address);
   return all;
 }

@@ -24,8 +24,8 @@ std::unique_ptr<protocols::AuditLog> open_audit(const AccessConfig& config,
   return value_or_throw(protocols::AuditLog::open(*config.audit_file, source));
 }
 
-/// Whether it was done; an error is told.
-bool done_or_told(const Result<void>& done) {
+/// Whether the operation succeeded; logs its error.
+bool done_or_logged(const Result<void>& done) {
   if (!done) spdlog::error("not reloaded: {}", done.error().message);
   return done.has_value();
 }
@@ -45,10 +45,11 @@ void SecurityContext::reload() {
   if (auto next = rules()) {
     access->replace(std::move(*next));
   } else {
-    good = done_or_told(tl::unexpected(next.error()));
+    good = done_or_logged(tl::unexpected(next.error()));
   }
-  for (const auto& tls : {grpc_tls, web_tls}) good = (!tls || done_or_told(tls->reload())) && good;
-  good = (!audit || done_or_told(audit->reopen())) && good;
+  for (const auto& tls : {grpc_tls, web_tls})
+    good = (!tls || done_or_logged(tls->reload())) && good;
+  good = (!audit || done_or_logged(audit->reopen())) && good;
   if (good) spdlog::info("tokens, certificates and the audit's file are reloaded");
 }
 

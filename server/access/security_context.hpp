@@ -11,16 +11,16 @@
 
 namespace aprsim::server {
 
-/// Permissions, encryption and audit, which gRPC and the page share. Thread: the owner's; any for
-/// the objects that it points to.
+/// Permissions, encryption and audit of gRPC and the page. Thread: the owner's; any for the objects
+/// that it points to.
 class SecurityContext {
  public:
   /// Reads the files that the configuration names; throws std::runtime_error with key, file and
-  /// cause where one is not as it should be. The source outlives it.
+  /// cause where one is unusable. The source outlives it.
   SecurityContext(const Config& config, const api::SnapshotSource& source);
 
-  /// Reads them again, and begins the audit's file anew. What cannot be read is told in the log
-  /// and stays as it was.
+  /// Reads the files again and reopens the audit file. A file that cannot be read is logged; its
+  /// earlier content stays in force.
   void reload();
 
  private:

@@ -14,7 +14,7 @@ tl::unexpected<Error> wrong(const std::string& key, const std::string& what) {
   return fail(ErrorCode::kInvalidArgument, key, key + ": " + what);
 }
 
-/// The first line of a file; a pipe will do.
+/// The first line of a file or pipe.
 Result<std::string> first_line(const std::string& path) {
   std::ifstream in(path);
   if (!in) return wrong("web.token_file", "cannot read " + path + ": " + std::strerror(errno));

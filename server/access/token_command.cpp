@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "server/access/access_file.hpp"
+#include "server/operations/usage_error.hpp"
 
 namespace aprsim::server {
 namespace {
@@ -19,7 +20,7 @@ using protocols::WallTime;
 
 constexpr const char* kVariable = "APRSIM_ACCESS_FILE";
 
-/// A time, or how many days from now as in 30d; empty = never.
+/// Parses a time, or days from now as in 30d; empty = never.
 std::optional<WallTime> expiry_of(const std::string& text) {
   if (text.empty()) return std::nullopt;
   int days = 0;
@@ -47,7 +48,7 @@ struct Asked {
   bool certificate = false;
 };
 
-/// Content of a file that may not exist yet.
+/// Content of a file; empty where it does not exist yet.
 Result<AccessFile> present(const std::string& path) {
   if (!std::filesystem::exists(path)) return AccessFile{};
   return read_access_file(path);
@@ -83,7 +84,7 @@ Result<void> add(const Asked& asked, std::optional<WallTime> expires, std::ostre
     out << fmt::format("certificates of {} have the role {}\n", asked.name, asked.role);
     return {};
   }
-  // Alone on standard output, for a pipe into a file.
+  // Standard output has the token alone, for redirection to a file.
   out << token << '\n';
   err << fmt::format("token {} has the role {}{}; it is shown only now\n", asked.name, asked.role,
                      expires ? " until " + text_of(*expires) : "");
@@ -118,7 +119,7 @@ Result<void> remove(const Asked& asked, std::ostream& out) {
                 fmt::format("{} is not in {}", asked.name, asked.file));
   }
   if (auto ok = write_access_file(asked.file, *file); !ok) return ok;
-  out << fmt::format("{} removed; a daemon that runs forgets it on SIGHUP\n", asked.name);
+  out << fmt::format("{} removed; a running daemon applies this on SIGHUP\n", asked.name);
   return {};
 }
 
@@ -126,27 +127,28 @@ Result<void> remove(const Asked& asked, std::ostream& out) {
 
 int token_command(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err) {
   CLI::App app{
-      "aprsimd token: who may what over gRPC and on the page. Tokens are made here, shown "
-      "once and kept as hashes.",
+      "aprsimd token: creates, lists and removes access tokens for gRPC and the page. A token is "
+      "shown once; the file keeps its hash.",
       "aprsimd token"};
   app.require_subcommand(1);
   Asked asked;
   if (const char* variable = std::getenv(kVariable)) asked.file = variable;
   const auto with_file = [&](CLI::App* command) {
     auto* file = command->add_option("--file", asked.file,
-                                     fmt::format("The access file (default: ${})", kVariable));
+                                     fmt::format("Access file (default: ${})", kVariable));
     if (asked.file.empty()) file->required();
-    command->add_flag("--certificate", asked.certificate,
-                      "NAME is one in client certificates (common or alternative), not a token's");
+    command->add_flag(
+        "--certificate", asked.certificate,
+        "Treat NAME as a name in client certificates (common or alternative) instead of a token");
     return command;
   };
-  CLI::App* adding = with_file(app.add_subcommand("add", "Make a token and print it"));
-  CLI::App* listing = app.add_subcommand("list", "Show names, roles and expiries");
-  auto* listed = listing->add_option("--file", asked.file, "The access file");
+  CLI::App* adding = with_file(app.add_subcommand("add", "Create a token and print it"));
+  CLI::App* listing = app.add_subcommand("list", "List names, roles and expiry dates");
+  auto* listed = listing->add_option("--file", asked.file, "Access file");
   if (asked.file.empty()) listed->required();
   CLI::App* removing = with_file(app.add_subcommand("remove", "Remove a token"));
   for (CLI::App* command : {adding, removing}) {
-    command->add_option("NAME", asked.name, "Whose it is")
+    command->add_option("NAME", asked.name, "Name of the token's holder")
         ->required()
         ->check(CLI::Validator(
             [&](std::string& text) {
@@ -156,10 +158,11 @@ int token_command(const std::vector<std::string>& arguments, std::ostream& out, 
             },
             ""));
   }
-  adding->add_option("--role", asked.role, "What its holder may: each may what those before it may")
+  adding->add_option("--role", asked.role, "Role of the holder; each role includes those before it")
       ->required()
       ->check(CLI::IsMember({"view", "operate", "inject", "admin"}));
-  adding->add_option("--expires", asked.expires, "A time, a date, or days from now as in 30d");
+  adding->add_option("--expires", asked.expires,
+                     "Expiry: a time, a date, or days from now as in 30d");
   try {
     auto reversed = arguments;
     std::ranges::reverse(reversed);
@@ -172,7 +175,9 @@ int token_command(const std::vector<std::string>& arguments, std::ostream& out, 
     err << "aprsimd: " << done.error().message << '\n';
     return EXIT_FAILURE;
   } catch (const CLI::ParseError& error) {
-    return app.exit(error, out, err) == 0 ? 0 : 2;
+    if (error.get_exit_code() == 0) return app.exit(error, out, err);
+    err << "aprsimd token: " << usage_error(app, error);
+    return 2;
   }
 }
 

@@ -6,9 +6,8 @@
 
 namespace aprsim::server {
 
-/// `aprsimd token ...`: makes, lists and removes entries of the access file; no daemon is needed.
-/// `arguments` are those behind "token". Returns the exit code: 0, 1 = refused, 2 = wrong
-/// arguments.
+/// `aprsimd token ...`: creates, lists and removes entries of the access file, without a daemon.
+/// `arguments`: those after "token". Returns the exit code: 0, 1 = refused, 2 = wrong arguments.
 int token_command(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err);
 
 }  // namespace aprsim::server

@@ -213,7 +213,7 @@ class UnknownRobots : public SomeKeys {
   template <typename T, typename Type>
   void by_robot(std::string_view name, const std::map<std::string, T>& values, const Type& /*type*/,
                 const char* /*meaning*/) {
-    look(name, values);
+    check_names(name, values);
   }
   template <typename Section>
   void section(std::string_view name, Section& section, const char* /*meaning*/) {
@@ -223,14 +223,14 @@ class UnknownRobots : public SomeKeys {
   template <typename Section>
   void section_by_robot(std::string_view name, const std::map<std::string, Section>& sections,
                         const Section& /*common*/, const char* /*meaning*/) {
-    look(name, sections);
+    check_names(name, sections);
   }
 
   [[nodiscard]] const std::vector<std::string>& keys() const { return keys_; }
 
  private:
   template <typename T>
-  void look(std::string_view name, const std::map<std::string, T>& by_robot) {
+  void check_names(std::string_view name, const std::map<std::string, T>& by_robot) {
     for (const auto& [robot, value] : by_robot) {
       if (shipped_.contains(robot) || std::ranges::find(known_, robot) != known_.end()) continue;
       keys_.push_back(fmt::format("{}.{}.{}", section_, name, robot));

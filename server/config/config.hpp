@@ -10,8 +10,8 @@
 
 #include "world/base/result.hpp"
 
-/// The daemon's configuration: defaults here, then a YAML file, then the command line. What each
-/// value means and may be stands in config_keys.hpp.
+/// The daemon's configuration: defaults here, then a YAML file, then the command line. The
+/// meaning and the range of each value are in config_keys.hpp.
 namespace aprsim::server {
 
 /// Pace of simulated time by the wall clock.
@@ -36,14 +36,15 @@ struct TimeConfig {
 struct CrclRobotConfig {
   std::string length_unit = "millimeter";
   std::string angle_unit = "degree";
-  bool strict = false;         ///< key validation
-  bool clamp_targets = false;  ///< key out_of_range
+  bool strict = false;                 ///< key validation
+  std::optional<bool> clamp_targets;   ///< key out_of_range; absent = as the scene says
+  bool wait_for_end_effector = false;  ///< key end_effector_done
   bool end_program_with_client = false;
   std::optional<std::array<double, 3>> cartesian_min_m, cartesian_max_m;
 };
 
 struct CrclConfig {
-  std::string address = "127.0.0.1";
+  std::string address = "localhost";
   std::map<std::string, std::uint16_t> ports = {{"fanuc", 64444}, {"motoman", 64445}};
   std::uint32_t max_connections = 64;
   std::vector<std::string> allow;
@@ -59,7 +60,7 @@ struct CrclConfig {
 };
 
 struct ModbusConfig {
-  std::string address = "127.0.0.1";
+  std::string address = "localhost";
   std::uint16_t port = 1502;
   std::uint32_t max_connections = 128;
   bool forward_is_one = true;
@@ -74,14 +75,14 @@ struct ModbusConfig {
 };
 
 struct GrpcConfig {
-  std::string address = "127.0.0.1";
+  std::string address = "localhost";
   std::uint16_t port = 50051;
   std::uint32_t max_connections = 64;
 };
 
 /// The cameras themselves belong to the scene.
 struct VisionConfig {
-  std::string address = "127.0.0.1";
+  std::string address = "localhost";
   std::map<std::string, std::uint16_t> ports = {{"fanuc", 4000}, {"motoman", 4001}};
   std::uint32_t max_connections = 64;
   std::vector<std::string> allow;
@@ -92,7 +93,7 @@ struct VisionConfig {
 /// The web page. Its files belong to the installation.
 struct WebConfig {
   bool enabled = true;
-  std::string address = "127.0.0.1";
+  std::string address = "localhost";
   std::uint16_t port = 8080;
   std::uint32_t max_connections = 32;
   std::uint32_t max_viewers = 24;
@@ -108,10 +109,11 @@ struct WebConfig {
 struct AccessConfig {
   std::optional<std::string> file, audit_file;
   bool insecure_control = false;
+  bool allow_foreign_states = false;
   bool strangers_look = true;  ///< key anonymous
 };
 
-/// How gRPC and the page are encrypted; without a certificate they are not.
+/// Encryption of gRPC and the page; none without a certificate.
 struct TlsConfig {
   std::optional<std::string> certificate, key, client_ca;
   bool client_needed = false;  ///< key client_certificates
@@ -121,14 +123,19 @@ struct TlsConfig {
 struct JournalConfig {
   std::optional<std::string> place;  ///< file or directory; absent = none
   std::uint32_t max_file_mb = 64;
-  std::uint32_t memory_minutes = 10;  ///< simulated
-  std::uint32_t memory_mb = 256;      ///< 0 = nothing is kept in memory
+  std::uint32_t memory_minutes = 10;       ///< simulated
+  std::optional<std::uint32_t> memory_mb;  ///< 0 = nothing is kept in memory
 };
 
-/// How much of the past is kept in memory, to be looked at.
+/// Past of the run that is kept in memory for queries.
 struct HistoryConfig {
   std::uint32_t minutes = 10;  ///< of simulated time; 0 = none
-  std::uint32_t max_mb = 128;
+  std::optional<std::uint32_t> max_mb;
+};
+
+/// The memory of the daemon. Sizes that other sections leave out are shares of it: memory_shares().
+struct MemoryConfig {
+  std::uint32_t max_mb = 400;
 };
 
 /// Limits of the connections of every listener.
@@ -143,7 +150,8 @@ struct Config {
   Speed speed;
   TimeConfig time;
   std::string log_level = "info";
-  std::uint32_t saved_states_mb = 64;
+  std::optional<std::uint32_t> saved_states_mb;
+  MemoryConfig memory;
   JournalConfig journal;
   HistoryConfig history;
   ConnectionsConfig connections;

@@ -57,6 +57,12 @@ void Network::read(const yaml::Node& node, std::string& value) const {
   if (!protocols::is_network(value)) node.unexpected(text());
 }
 
+void Address::read(const yaml::Node& node, std::string& value) const {
+  value = node.text();
+  const bool numeric = protocols::is_network(value) && value.find('/') == std::string::npos;
+  if (!numeric && value != "localhost") node.unexpected(text());
+}
+
 void PacerName::read(const yaml::Node& node, std::string& value) const {
   value = node.text();
   const auto of_robot = [&](std::string_view wire) {

@@ -102,6 +102,15 @@ struct Network {
   }
 };
 
+/// The address of a listener.
+struct Address {
+  void read(const yaml::Node& node, std::string& value) const;
+  [[nodiscard]] std::string write(const std::string& value) const { return Text().write(value); }
+  [[nodiscard]] std::string text() const {
+    return "a numeric IPv4 or IPv6 address, or localhost (127.0.0.1 and ::1)";
+  }
+};
+
 struct Pace {
   void read(const yaml::Node& node, Speed& value) const;
   [[nodiscard]] std::string write(const Speed& value) const { return to_text(value); }

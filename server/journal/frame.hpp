@@ -14,9 +14,9 @@ using FrameBytes = std::shared_ptr<const std::string>;
 struct Frame {
   FrameBytes bytes;
   std::uint64_t records = 0;
-  Missing held;             ///< what is missing where it is lost
-  bool begins = false;      ///< with the whole state: a replay can begin with it
-  std::uint64_t clock = 0;  ///< steps at its first record, those of all epochs added up
+  Missing held;             ///< the gap that its loss makes
+  bool begins = false;      ///< begins with a checkpoint, where a replay can begin
+  std::uint64_t clock = 0;  ///< steps of all epochs before its first record
 };
 
 }  // namespace aprsim::server::journal

@@ -5,43 +5,49 @@
 namespace aprsim::server::journal {
 namespace {
 
-/// A stretch between two beginnings takes no more of the whole than one of so many parts.
-constexpr std::size_t kStretches = 8;
+/// Parts of the ring; a segment that fills one makes the ring ask for a checkpoint.
+constexpr std::size_t kSegments = 8;
 
 }  // namespace
 
 void FrameRing::add(const Frame& frame) {
-  if (frame.begins) stretches_.push_back({.clock = frame.clock, .bytes = 0, .frames = {}});
-  // Of what has no beginning nothing can be run.
-  if (stretches_.empty()) return;
-  Stretch& latest = stretches_.back();
+  if (frame.begins) segments_.push_back({.clock = frame.clock, .bytes = 0, .frames = {}});
+  // Frames without a checkpoint before them cannot be replayed.
+  if (segments_.empty()) return;
+  Segment& latest = segments_.back();
   latest.frames.push_back(frame.bytes);
   latest.bytes += frame.bytes->size();
   bytes_ += frame.bytes->size();
   const auto old = [&] {
-    return stretches_.size() > 1 && stretches_[1].clock + max_steps_ <= frame.clock;
+    return segments_.size() > 1 && segments_[1].clock + max_steps_ <= frame.clock;
   };
-  while (!stretches_.empty() && (bytes_ > max_bytes_ || old())) {
-    bytes_ -= stretches_.front().bytes;
-    stretches_.pop_front();
-  }
+  while (!segments_.empty() && (bytes_ > max_bytes_ || old())) drop_oldest();
+}
+
+void FrameRing::drop_older_half() {
+  for (std::size_t left = segments_.size() / 2; left > 0; --left) drop_oldest();
+}
+
+void FrameRing::drop_oldest() {
+  bytes_ -= segments_.front().bytes;
+  segments_.pop_front();
 }
 
 std::vector<FrameBytes> FrameRing::last(std::uint64_t steps, std::uint64_t clock) const {
   const std::uint64_t from = clock - std::min(steps, clock);
-  auto begin = std::ranges::find_if(stretches_.rbegin(), stretches_.rend(),
-                                    [&](const Stretch& stretch) { return stretch.clock <= from; });
+  auto begin = std::ranges::find_if(segments_.rbegin(), segments_.rend(),
+                                    [&](const Segment& segment) { return segment.clock <= from; });
   std::vector<FrameBytes> frames;
-  auto stretch = begin == stretches_.rend() ? stretches_.begin() : begin.base() - 1;
-  for (; stretch != stretches_.end(); ++stretch) {
-    frames.insert(frames.end(), stretch->frames.begin(), stretch->frames.end());
+  auto segment = begin == segments_.rend() ? segments_.begin() : begin.base() - 1;
+  for (; segment != segments_.end(); ++segment) {
+    frames.insert(frames.end(), segment->frames.begin(), segment->frames.end());
   }
   return frames;
 }
 
 bool FrameRing::wants_beginning() const {
   if (max_bytes_ == 0) return false;
-  return stretches_.empty() || stretches_.back().bytes > max_bytes_ / kStretches;
+  return segments_.empty() || segments_.back().bytes > max_bytes_ / kSegments;
 }
 
 }  // namespace aprsim::server::journal

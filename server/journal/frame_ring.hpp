@@ -9,33 +9,36 @@
 
 namespace aprsim::server::journal {
 
-/// The latest frames of a run, in memory: always from one that begins, so that what is kept can be
-/// run again. Thread: one at a time.
+/// The latest frames of a run, in memory. They begin with a checkpoint, so that they can be
+/// replayed. Thread: one at a time.
 class FrameRing {
  public:
-  /// Keeps as much as makes `max_steps` of simulated time, or less where that takes more than
-  /// `max_bytes`.
+  /// Keeps the last `max_steps` of simulated time, less where they need more than `max_bytes`.
   FrameRing(std::uint64_t max_steps, std::size_t max_bytes)
       : max_steps_(max_steps), max_bytes_(max_bytes) {}
 
   void add(const Frame& frame);
-  /// The frames from the last beginning that is `steps` or more before `clock`, or from the oldest;
+  /// The frames from the last checkpoint at least `steps` before `clock`, or from the oldest one;
   /// empty where there is none.
   [[nodiscard]] std::vector<FrameBytes> last(std::uint64_t steps, std::uint64_t clock) const;
   [[nodiscard]] std::size_t bytes() const { return bytes_; }
-  /// Whether a new beginning is wanted, so that older frames can go.
+  /// Drops the older half of the segments.
+  void drop_older_half();
+  /// Whether a checkpoint is wanted, so that older frames can be dropped.
   [[nodiscard]] bool wants_beginning() const;
 
  private:
-  struct Stretch {
-    std::uint64_t clock = 0;  ///< at its beginning
+  struct Segment {
+    std::uint64_t clock = 0;  ///< of its first frame
     std::size_t bytes = 0;
     std::vector<FrameBytes> frames;
   };
 
+  void drop_oldest();
+
   const std::uint64_t max_steps_;
   const std::size_t max_bytes_;
-  std::deque<Stretch> stretches_;  ///< each from a beginning to the next
+  std::deque<Segment> segments_;  ///< each from a checkpoint to the next
   std::size_t bytes_ = 0;
 };
 

@@ -30,26 +30,31 @@ namespace aprsim::server::journal {
 struct JournalOptions {
   std::string place;  ///< file or directory; empty = it is kept in memory only
   std::uint64_t max_file_bytes = std::uint64_t{64} << 20;
-  std::chrono::minutes memory_span{10};  ///< simulated; so much of the latest is kept in memory
-  std::size_t max_memory_bytes = std::size_t{256} << 20;  ///< of that
-  /// Of what is to be written; of what the simulation tells, and as much of what the wires do.
+  std::chrono::minutes memory_span{10};                   ///< simulated time that is kept in memory
+  std::size_t max_memory_bytes = std::size_t{256} << 20;  ///< limit of that memory
+  /// Limit of each of the two queues: of records that decide the run, and of the others.
   std::size_t max_queue_bytes = std::size_t{64} << 20;
+  /// Limit of frames that a slow reader of the journal has not accepted.
+  std::size_t max_waiting_bytes = std::size_t{16} << 20;
   v1::JournalHeader header;  ///< of the run; `part` is the journal's
 };
 
-/// Records a run: takes what is told of it from any thread without making it wait, and with a
-/// thread of its own keeps the latest in memory and writes all to the files, little more than half
-/// a second later. What finds no room is told as a gap in the journal and in the log; a checkpoint
-/// follows it.
+/// Records a run. It accepts records from any thread without blocking it. A thread of its own keeps
+/// the latest ones in memory and writes all of them to files within little more than half a second.
+/// Records that find no room leave a gap, which journal and log report; a checkpoint follows it.
 class Journal final : public world::Recorder,
                       public protocols::WireTrace,
                       public protocols::IncidentSource {
  public:
   explicit Journal(JournalOptions options);
-  /// Writes what is there; half a second for a reader that is slow.
+  /// As finish().
   ~Journal() override;
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
+
+  /// Error: the place cannot be recorded in, as it was found at construction. The journal tries
+  /// again while it runs.
+  [[nodiscard]] const Result<void>& claimed() const { return claimed_; }
 
   // ---- Thread: sim
   void began(world::RunTime time, std::uint64_t seed, const std::string* loaded,
@@ -67,10 +72,16 @@ class Journal final : public world::Recorder,
 
   // ---- Thread: any
   void note(protocols::WireRecord record) override;
-  /// What a listener has refused before the cell saw it, and the latest that it had seen.
+  /// Records what a listener has refused before the cell saw it, with the latest snapshot of that
+  /// listener.
   void refused(const api::Snapshot& seen, std::string_view listener, std::string_view what);
   void take_incident(std::chrono::nanoseconds last, Done done) override;
   [[nodiscard]] JournalStats stats() const;
+  /// Makes the writer drop the older half of what is kept in memory.
+  void drop_older_half() { drops_half_ = true; }
+  /// Writes the rest, waits half a second for a slow reader at most, and ends; later records are
+  /// dropped. A second call does nothing. Thread: not the simulation's.
+  void finish();
 
  private:
   struct Wanted {
@@ -78,46 +89,50 @@ class Journal final : public world::Recorder,
     Done done;
   };
 
-  /// `make` gives what is told; where there is no memory for it, it is missing.
+  /// Queues what `make` returns; without memory the record counts as missing.
   template <typename Make>
   void push(RecordQueue& queue, const Make& make, WallTime wall = std::chrono::system_clock::now());
-  void hurry();
+  void wake_writer();
   // ---- Thread: the writer's
   void run(const std::stop_token& stop);
-  /// `whole`: all of it becomes a frame now.
+  /// `whole`: pending records become a frame now.
   void turn(bool whole, bool ending);
   void write_taken(bool whole, bool ending);
   void add_taken();
-  void lose_taken(const std::string& why);
+  void drop_taken(const std::string& why);
   void add(const Entry& entry);
-  void tell_gap(const Missing& gap);
+  void record_gap(const Missing& gap);
   void follow_clock(const Entry& entry);
   void flush();
+  /// The record that ends a file that is complete.
+  [[nodiscard]] v1::JournalRecord end_record() const;
   [[nodiscard]] Result<protocols::Incident> incident(std::chrono::nanoseconds last) const;
 
   const JournalOptions options_;
-  // Those that decide the run have their room for themselves: no flood of what only tells of it,
-  // the wires and the cell's events, loses one.
-  RecordQueue decisions_, tellings_;
-  std::atomic<bool> wants_checkpoint_{false};
-  std::uint64_t sequence_ = 0;  ///< thread: sim
+  // Records that decide the run have a queue of their own: a flood of wire records and events
+  // cannot displace one.
+  RecordQueue authoritative_, informational_;
+  std::atomic<bool> wants_checkpoint_{false}, drops_half_{false};
+  std::uint64_t sequence_ = 0;  ///< of commands; thread: sim
 
-  // The writer's.
-  RecordQueue::Taken taken_decisions_, taken_tellings_;
+  // Members of the writer thread.
+  RecordQueue::Taken taken_authoritative_, taken_informational_;
   aprsim::journal::FrameEncoder encoder_;
-  Frame next_;  ///< what the encoder gathers
+  Frame next_;  ///< describes the records in the encoder
   SceneWriter scenes_;
   FrameRing ring_;
   std::optional<JournalDisk> disk_;
+  Result<void> claimed_;
   world::RunTime latest_;
-  std::uint64_t clock_ = 0;               ///< steps of all epochs
-  std::uint64_t gaps_ = 0, lacking_ = 0;  ///< of the queues
+  std::uint64_t clock_ = 0;                       ///< steps of all epochs
+  std::uint64_t gaps_ = 0, missing_records_ = 0;  ///< gaps of the queues
 
-  mutable std::mutex mutex_;  ///< of all below; never held while something is written
+  mutable std::mutex mutex_;  ///< guards what follows; never held during a write
   std::condition_variable_any wake_;
-  bool hurried_ = false, closed_ = false;
+  bool woken_ = false, closed_ = false;
   std::vector<Wanted> wanted_;
   JournalStats stats_;
+  std::mutex finish_mutex_;
   std::jthread thread_;  // ends first
 };
 

@@ -2,12 +2,14 @@
 
 #include <ctime>
 #include <string_view>
+#include <unistd.h>
 #include <utility>
 
 #include <spdlog/spdlog.h>
 
 #include "proto/journal/frames.hpp"
 #include "server/journal/record_message.hpp"
+#include "server/journal/utf8_strings.hpp"
 
 namespace aprsim::server::journal {
 namespace {
@@ -15,16 +17,15 @@ namespace {
 using SteadyClock = std::chrono::steady_clock;
 
 constexpr std::chrono::seconds kRetry{1};
-/// Of frames that a slow reader has not taken.
-constexpr std::size_t kMaxWaitingBytes = std::size_t{16} << 20;
 
-std::string stamp_now() {
+/// The time and the run, so that no two runs have the same.
+std::string stamp_of(const v1::JournalHeader& header) {
   const std::time_t now = std::time(nullptr);
   std::tm utc{};
   ::gmtime_r(&now, &utc);
   char text[32];
-  std::strftime(text, sizeof text, "%Y%m%dT%H%M%SZ", &utc);
-  return text;
+  std::strftime(text, sizeof text, "%Y%m%dT%H%M%SZ-", &utc);
+  return text + (header.run_id().empty() ? std::to_string(::getpid()) : header.run_id());
 }
 
 void log(const Missing& gap) {
@@ -47,22 +48,25 @@ std::string header_bytes(const v1::JournalHeader& header, std::uint32_t part) {
   write_time(std::chrono::system_clock::now(), *record.mutable_wall_time());
   *record.mutable_header() = header;
   record.mutable_header()->set_part(part);
+  make_utf8(record);
   aprsim::journal::FrameEncoder encoder;
   encoder.add(record);
   return std::string(aprsim::journal::kMagic) + encoder.take();
 }
 
 JournalDisk::JournalDisk(std::string place, std::uint64_t max_file_bytes,
-                         const v1::JournalHeader& header)
-    : files_(std::move(place), stamp_now(), max_file_bytes), header_(header) {}
+                         const v1::JournalHeader& header, std::size_t max_waiting_bytes)
+    : files_(std::move(place), stamp_of(header), max_file_bytes),
+      header_(header),
+      max_waiting_bytes_(max_waiting_bytes) {}
 
-void JournalDisk::put(const Frame& frame) {
+void JournalDisk::append(const Frame& frame) {
   const bool next = frame.begins && waiting_.empty() && files_.full();
-  if (next ? !open_next() : !files_.is_open()) return lose(frame.held, trouble_);
-  if (waiting_bytes_ + frame.bytes->size() > kMaxWaitingBytes) {
-    return lose(frame.held, files_.file() + ": what reads it does not keep up");
+  if (next ? !open_next() : !files_.is_open()) return count_missing(frame.held, last_error_);
+  if (waiting_bytes_ + frame.bytes->size() > max_waiting_bytes_) {
+    return count_missing(frame.held, files_.file() + ": its reader does not keep up");
   }
-  if (missing_.any()) tell_gap();
+  if (missing_.any()) record_gap();
   wait(frame.bytes, frame.records, frame.held);
   if (frame.begins) wants_beginning_ = false;
   write_waiting();
@@ -88,7 +92,7 @@ void JournalDisk::finish(SteadyClock::time_point deadline) {
     const auto left = deadline - SteadyClock::now();
     if (left <= left.zero() ||
         !files_.wait_writable(std::chrono::ceil<std::chrono::milliseconds>(left))) {
-      spdlog::warn("journal: {}: what reads it has not taken its end", files_.file());
+      spdlog::warn("journal: {}: its reader has not accepted its end", files_.file());
       break;
     }
   }
@@ -106,43 +110,42 @@ bool JournalDisk::open_next() {
     failed(opened.error().message);
     return false;
   }
-  const bool again = !trouble_.empty();
+  const bool again = !last_error_.empty();
   wait(std::make_shared<const std::string>(header_bytes(header_, files_.part() + 1)), 1, {});
   write_waiting();
   if (!files_.is_open()) return false;
   files_.begun();
   ended_with_ = 0;
-  if (again) spdlog::info("journal: goes on in {}", files_.file());
-  trouble_.clear();
+  if (again) spdlog::info("journal: continues in {}", files_.file());
+  last_error_.clear();
   return true;
 }
 
 void JournalDisk::wait(FrameBytes bytes, std::uint64_t records, const Missing& held,
-                       std::uint64_t told) {
+                       std::uint64_t reported) {
   waiting_bytes_ += bytes->size();
-  waiting_.push_back({std::move(bytes), records, held, told, 0});
+  waiting_.push_back({std::move(bytes), records, held, reported, 0});
 }
 
-void JournalDisk::tell_gap() {
+void JournalDisk::record_gap() {
   const Missing gap = std::exchange(missing_, {});
-  // Should it be lost as well, so is what it tells.
+  // If the gap is dropped as well, its records are missing again.
   wait(std::make_shared<const std::string>(frame_of(gap)), 1, gap, gap.records);
   log(gap);
 }
 
-/// Whoever reads the file while no further one can be begun, or when none ever was, sees the gap as
-/// it is so far.
+/// Keeps the gap at the end of the given-up file up to date while no further file can be opened.
 void JournalDisk::end_with_gap() {
   if (!files_.gave_up() || missing_.records == ended_with_) return;
   if (files_.end_with(frame_of(missing_))) ended_with_ = missing_.records;
 }
 
-void JournalDisk::lose(const Missing& held, const std::string& why, std::uint64_t known) {
+void JournalDisk::count_missing(const Missing& held, const std::string& why, std::uint64_t known) {
   wants_beginning_ = true;
   if (!held.any()) return;
-  // At once: a reader that has stalled may never take the gap.
+  // Log it now: a stalled reader may never accept the gap record.
   if (!missing_.any()) {
-    if (why != trouble_) spdlog::warn("journal: {}: records are missing from now on", why);
+    if (why != last_error_) spdlog::warn("journal: {}: records are missing from now on", why);
     if (known == 0) ++stats_.gaps;
   }
   stats_.missing += held.records - known;
@@ -151,12 +154,12 @@ void JournalDisk::lose(const Missing& held, const std::string& why, std::uint64_
   missing_.add(lost);
 }
 
-/// All that waits is lost; the next frame that begins opens another file, if there is room.
+/// Drops all waiting frames; the next frame with a checkpoint opens another file if there is room.
 void JournalDisk::failed(const std::string& why) {
-  if (why != trouble_) spdlog::error("journal: {}: records are missing from now on", why);
-  trouble_ = why;
+  if (why != last_error_) spdlog::error("journal: {}: records are missing from now on", why);
+  last_error_ = why;
   for (const Waiting& waiting : std::exchange(waiting_, {})) {
-    lose(waiting.held, why, waiting.told);
+    count_missing(waiting.held, why, waiting.reported);
   }
   waiting_bytes_ = 0;
   wants_beginning_ = true;

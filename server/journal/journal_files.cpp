@@ -5,11 +5,19 @@
 #include <fcntl.h>
 #include <filesystem>
 #include <poll.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <utility>
 
+#include <spdlog/spdlog.h>
+
 namespace aprsim::server::journal {
+namespace {
+
+constexpr const char* kInUse = ": another process records a run there";
+
+}  // namespace
 
 JournalFiles::JournalFiles(std::string place, std::string stamp, std::uint64_t max_bytes)
     : place_(std::move(place)), stamp_(std::move(stamp)), max_bytes_(max_bytes) {}
@@ -17,6 +25,9 @@ JournalFiles::JournalFiles(std::string place, std::string stamp, std::uint64_t m
 JournalFiles::~JournalFiles() {
   close();
   forget_given_up();
+  for (const int descriptor : {first_, lock_}) {
+    if (descriptor >= 0) ::close(descriptor);
+  }
 }
 
 std::string JournalFiles::name_of(std::uint32_t part) const {
@@ -36,15 +47,83 @@ tl::unexpected<Error> JournalFiles::failed(const char* what, int error) const {
               file_ + ": " + what + ": " + std::strerror(error));
 }
 
+Result<void> JournalFiles::claim() {
+  if (claimed_) return {};
+  file_ = name_of(1);
+  std::error_code none;
+  if (!std::filesystem::is_directory(place_, none)) {
+    if (auto kept = keep_earlier_run(); !kept) return kept;
+    const auto first = open_file();
+    if (!first) return tl::unexpected(first.error());
+    first_ = *first;
+    if (::flock(first_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+      ::close(std::exchange(first_, -1));
+      return fail(ErrorCode::kUnavailable, "journal", file_ + kInUse);
+    }
+    lock_ = ::fcntl(first_, F_DUPFD_CLOEXEC, 0);
+  }
+  claimed_ = true;
+  return {};
+}
+
+Result<void> JournalFiles::keep_earlier_run() const {
+  struct stat status {};
+  if (::lstat(place_.c_str(), &status) != 0 || !S_ISREG(status.st_mode)) return {};
+  const int earlier = ::open(place_.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK);
+  if (earlier < 0) return failed("cannot be opened", errno);
+  const bool in_use = ::flock(earlier, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  ::close(earlier);
+  if (in_use) return fail(ErrorCode::kUnavailable, "journal", file_ + kInUse);
+  std::error_code error;
+  std::string old;
+  for (int number = 1; old.empty() || std::filesystem::exists(old, error); ++number) {
+    old = place_ + ".old-" + std::to_string(number);
+  }
+  for (std::uint32_t part = 1;; ++part) {
+    const std::string suffix = part == 1 ? "" : "." + std::to_string(part);
+    const std::string name = place_ + suffix;
+    if (!std::filesystem::exists(name, error)) break;
+    if (::rename(name.c_str(), (old + suffix).c_str()) != 0) {
+      return failed("the earlier run there cannot be renamed", errno);
+    }
+  }
+  spdlog::info("journal: {} is kept as {}", place_, old);
+  return {};
+}
+
+Result<int> JournalFiles::open_file() const {
+  // A FIFO that nobody reads, or not fast enough, must not block.
+  constexpr int kFlags = O_WRONLY | O_CLOEXEC | O_NONBLOCK;
+  struct stat status {};
+  if (::stat(file_.c_str(), &status) == 0 && !S_ISREG(status.st_mode)) {
+    const int descriptor = ::open(file_.c_str(), kFlags);
+    if (descriptor < 0) {
+      const int error = errno;
+      return failed(error == ENXIO ? "nobody reads it" : "cannot be opened", error);
+    }
+    if (::fstat(descriptor, &status) == 0 && !S_ISREG(status.st_mode)) return descriptor;
+    ::close(descriptor);
+  }
+  const int descriptor = ::open(file_.c_str(), kFlags | O_CREAT | O_EXCL, S_IRUSR | S_IWUSR);
+  if (descriptor >= 0) return descriptor;
+  const int error = errno;
+  if (error == EEXIST && ::lstat(file_.c_str(), &status) == 0 && S_ISLNK(status.st_mode)) {
+    return fail(ErrorCode::kUnavailable, "journal",
+                file_ + ": a journal is not written through a symbolic link; name the file");
+  }
+  return failed("cannot be opened", error);
+}
+
 Result<void> JournalFiles::open_next() {
   close();
+  if (auto claimed = claim(); !claimed) return claimed;
   file_ = name_of(part_ + 1);
-  // Of a FIFO that nobody reads, or not fast enough, it must not wait.
-  constexpr int kFlags = O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK;
-  descriptor_ = ::open(file_.c_str(), kFlags, 0644);
-  if (descriptor_ < 0) {
-    const int error = errno;
-    return failed(error == ENXIO ? "nobody reads it" : "cannot be opened", error);
+  if (first_ >= 0) {
+    descriptor_ = std::exchange(first_, -1);
+  } else if (const auto opened = open_file()) {
+    descriptor_ = *opened;
+  } else {
+    return tl::unexpected(opened.error());
   }
   struct stat status {};
   regular_ = ::fstat(descriptor_, &status) == 0 && S_ISREG(status.st_mode);

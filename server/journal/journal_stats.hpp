@@ -4,11 +4,11 @@
 
 namespace aprsim::server::journal {
 
-/// What a journal has done so far.
+/// Counts of a journal since its start.
 struct JournalStats {
   std::uint64_t records = 0, bytes = 0;  ///< written to files
-  std::uint64_t gaps = 0, missing = 0;   ///< gaps told, and the records that they lack
-  std::uint64_t memory_bytes = 0;        ///< of the latest, kept in memory
+  std::uint64_t gaps = 0, missing = 0;   ///< gaps, and the records missing in them
+  std::uint64_t memory_bytes = 0;        ///< kept in memory
 };
 
 }  // namespace aprsim::server::journal

@@ -5,6 +5,8 @@
 #include "protocols/messages/enum_match.hpp"
 #include "protocols/messages/write_message.hpp"
 #include "server/journal/command_message.hpp"
+#include "server/journal/digest.hpp"
+#include "world/base/utf8.hpp"
 #include "world/cell/state_bytes.hpp"
 
 namespace aprsim::protocols {
@@ -53,6 +55,7 @@ void write(const StateSaved& saved, v1::JournalRecord& record) {
   auto& to = *record.mutable_checkpoint();
   write_time(saved.time, *to.mutable_time());
   to.set_state(world::to_bytes(*saved.state));
+  to.set_state_sha256(sha256(to.state()));
   to.set_hash(saved.hash);
 }
 
@@ -113,7 +116,7 @@ void write_message(const Missing& missing, v1::JournalRecord& record) {
   to.set_commands(missing.commands);
   write_time(missing.begin, *to.mutable_begin());
   write_time(missing.end, *to.mutable_end());
-  to.set_reason(missing.reason);
+  to.set_reason(utf8::valid(missing.reason));
 }
 
 }  // namespace aprsim::server::journal

@@ -7,7 +7,7 @@ namespace aprsim::server::journal {
 
 void write_time(WallTime time, google::protobuf::Timestamp& message);
 
-/// What was told, as a record of the journal. Thread: any.
+/// Converts a queued entry or a gap to a journal record. Thread: any.
 void write_message(const Entry& entry, v1::JournalRecord& record);
 void write_message(const Missing& missing, v1::JournalRecord& record);
 

@@ -7,7 +7,7 @@
 namespace aprsim::server::journal {
 namespace {
 
-/// Of an entry without what hangs on it, and of a saved state while it waits.
+/// Memory of an entry without its heap data.
 constexpr std::size_t kEntryBytes = 512;
 
 }  // namespace
@@ -54,7 +54,7 @@ RecordQueue::Pushed RecordQueue::push(Entry entry) {
       bytes_ += bytes;
       return !pressed && 2 * bytes_ >= max_bytes_ ? Pushed::kPressing : Pushed::kTaken;
     } catch (const std::bad_alloc&) {
-      // As if there were no room.
+      // Counts as no room.
     }
   }
   missing_.add(entry.missing());

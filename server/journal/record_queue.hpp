@@ -42,13 +42,13 @@ struct WorldStopped {
   world::RunTime time;
   std::string why;
 };
-/// By a listener, before the cell saw it.
+/// A request that a listener refused before the cell saw it.
 struct Refused {
   world::RunTime time;
   std::chrono::nanoseconds sim_time{};
   std::string listener, what;
 };
-/// What is missing because there was no room.
+/// Records that are missing because there was no room.
 struct Missing {
   std::uint64_t records = 0, commands = 0;
   WallTime begin{}, end{};
@@ -63,40 +63,40 @@ struct Entry {
                api::CellEventPtr, Refused, protocols::WireRecord>
       what;
 
-  /// Of memory; approximately.
+  /// Memory, approximately.
   [[nodiscard]] std::size_t bytes() const;
-  /// As if it were lost.
+  /// The gap that its loss makes.
   [[nodiscard]] Missing missing(std::string reason = {}) const;
 };
 
-/// Bounded queue from the threads that know something to the one that writes it. The lock is held
-/// for a push or a swap. What finds no room is counted as missing in its place.
+/// Bounded queue from any thread to the writer. The lock is held for a push or a swap. An entry
+/// that finds no room is counted as missing at its place.
 class RecordQueue {
  public:
   struct Taken {
     std::deque<Entry> entries;
-    Missing missing;  ///< came after all of them
+    Missing missing;  ///< after all entries
   };
   enum class Pushed {
     kTaken,
-    kPressing,  ///< the same, and half of the room is used with it
-    kMissing,   ///< it is not taken, and nothing more until the next take()
+    kPressing,  ///< accepted, and the queue is half full with it
+    kMissing,   ///< rejected, as are all later ones until the next take()
   };
 
   explicit RecordQueue(std::size_t max_bytes) : max_bytes_(max_bytes) {}
 
   /// Thread: any.
   Pushed push(Entry entry);
-  /// What could not even be made is missing as well. Thread: any.
+  /// Counts entries that could not be created. Thread: any.
   void lose(const Missing& missing);
-  /// All that is there. After what is missing nothing more is taken in until this has been called,
-  /// so that the gap stands where it was. Thread: the writer.
+  /// Takes all entries. After a missing one the queue accepts no more until this call, so that the
+  /// gap keeps its place. Thread: the writer.
   void take(Taken& taken);
 
  private:
   const std::size_t max_bytes_;
   std::mutex mutex_;
-  // No growth moves what is in it while the lock is held.
+  // A deque: its growth moves no entries while the lock is held.
   std::deque<Entry> entries_;
   std::size_t bytes_ = 0;
   Missing missing_;

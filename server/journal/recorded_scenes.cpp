@@ -5,10 +5,17 @@
 #include <span>
 #include <utility>
 
+#include "server/journal/digest.hpp"
 #include "world/cell/state_bytes.hpp"
 #include "world/scene/scene_loader.hpp"
 
 namespace aprsim::server::journal {
+namespace {
+
+/// A scene's file has at most 1 MiB; its types come on top.
+constexpr std::size_t kMaxTextBytes = std::size_t{4} << 20;
+
+}  // namespace
 
 RecordedScenes::RecordedScenes(ScenePtr scene)
     : header_(std::move(scene)),
@@ -18,10 +25,19 @@ RecordedScenes::RecordedScenes(ScenePtr scene)
 Result<RecordedScenes::ScenePtr> RecordedScenes::read(const v1::JournalScene& message,
                                                       ScenePtr& last) const {
   if (last && last->text == message.text() && last->name == message.name()) return last;
+  if (message.text().size() > kMaxTextBytes) {
+    return fail(ErrorCode::kInvalidArgument, "journal",
+                "a scene has " + std::to_string(message.text().size()) + " bytes, the limit is " +
+                    std::to_string(kMaxTextBytes));
+  }
+  if (!scene::is_plain_name(message.name())) {
+    return fail(ErrorCode::kInvalidArgument, "journal",
+                "a scene's name '" + message.name().substr(0, 64) + "' is not a plain name");
+  }
   const std::string file =
       (std::filesystem::path(directory_) / (message.name() + ".yaml")).string();
-  const scene::DataPaths paths{.scenes = directory_, .models = scene::default_data_paths().models};
-  auto scene = scene::read_edited(message.text(), file, paths);
+  auto scene = scene::read_recorded(message.text(), file, scene::default_data_paths(),
+                                    scene::files_of(*header_));
   if (!scene) return tl::unexpected(std::move(scene.error()));
   if (scene->robots.size() != header_->robots.size()) {
     return fail(ErrorCode::kInvalidArgument, "journal",
@@ -37,6 +53,11 @@ Result<RecordedScenes::ScenePtr> RecordedScenes::scene_of(const v1::JournalEpoch
 }
 
 Result<world::WorldState> RecordedScenes::state_of(const v1::JournalCheckpoint& checkpoint) {
+  const std::string& digest = checkpoint.state_sha256();
+  if (!digest.empty() && digest != sha256(checkpoint.state())) {
+    return fail(ErrorCode::kInvalidArgument, "journal",
+                "damaged: the digest of a checkpoint's state is wrong");
+  }
   ScenePtr scene = header_, base;
   if (checkpoint.has_scene()) {
     auto other = read(checkpoint.scene(), base_);

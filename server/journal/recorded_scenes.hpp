@@ -10,8 +10,8 @@
 
 namespace aprsim::server::journal {
 
-/// The scenes of a run's epochs and checkpoints, and the states of these, which belong to them.
-/// Thread: one at a time.
+/// Reads the scenes of a run's epochs and checkpoints, and the states of checkpoints. Thread: one
+/// at a time.
 class RecordedScenes {
  public:
   using ScenePtr = std::shared_ptr<const scene::Scene>;
@@ -22,10 +22,10 @@ class RecordedScenes {
   [[nodiscard]] const ScenePtr& of_header() const { return header_; }
   [[nodiscard]] const world::ArmModels& models() const { return models_; }
 
-  /// What the world of an epoch is built of. Errors: kInvalidArgument as a scene's file has them.
+  /// The scene of an epoch's world. Errors: kInvalidArgument as for a scene file.
   [[nodiscard]] Result<ScenePtr> scene_of(const v1::JournalEpoch& epoch);
-  /// The state, with the scene to which it belongs. Errors: the same; kInvalidArgument where the
-  /// state cannot be read.
+  /// The state with its scene. Errors: as scene_of(); kInvalidArgument where the state cannot be
+  /// read.
   [[nodiscard]] Result<world::WorldState> state_of(const v1::JournalCheckpoint& checkpoint);
 
  private:
@@ -33,9 +33,9 @@ class RecordedScenes {
 
   ScenePtr header_;
   world::ArmModels models_;
-  std::string directory_;                          ///< where models are
-  ScenePtr base_, changed_;                        ///< as they were read last
-  std::unique_ptr<const world::WorldState> like_;  ///< some state of the scene that was asked last
+  std::string directory_;                          ///< of the models
+  ScenePtr base_, changed_;                        ///< as read last
+  std::unique_ptr<const world::WorldState> like_;  ///< a state of the scene queried last
 };
 
 }  // namespace aprsim::server::journal

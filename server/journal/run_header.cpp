@@ -1,11 +1,9 @@
 #include "server/journal/run_header.hpp"
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <openssl/evp.h>
 #include <random>
 #include <set>
 #include <string>
@@ -14,20 +12,13 @@
 
 #include "proto/journal/journal_reader.hpp"
 #include "server/journal/build_identity.hpp"
+#include "server/journal/digest.hpp"
+#include "server/journal/utf8_strings.hpp"
 #include "world/cell/state_bytes.hpp"
 #include "world/scene/scene_loader.hpp"
 
 namespace aprsim::server::journal {
 namespace {
-
-std::string sha256(const std::string& bytes) {
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned size = 0;
-  EVP_Digest(bytes.data(), bytes.size(), digest.data(), &size, EVP_sha256(), nullptr);
-  std::string text;
-  for (unsigned i = 0; i < size; ++i) text += fmt::format("{:02x}", digest[i]);
-  return text;
-}
 
 /// Its make, and whether the C library's functions use fused operations on it.
 std::string processor() {
@@ -84,6 +75,7 @@ Result<v1::JournalHeader> header_of(const scene::Scene& scene) {
     model.set_sha256(sha256(bytes));
     model.set_content(std::move(bytes));
   }
+  make_utf8(header);
   return header;
 }
 

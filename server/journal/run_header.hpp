@@ -6,12 +6,11 @@
 
 namespace aprsim::server::journal {
 
-/// A journal's header as far as this program tells it: format, build, compiler, processor. Thread:
-/// any.
+/// A header with the fields of this program: format, build, compiler, processor. Thread: any.
 [[nodiscard]] v1::JournalHeader header_here();
 
-/// A journal's header as far as scene and program tell it: the scene's text and its models whole,
-/// with digests, compiler and processor. Errors: of what it had to read. Thread: any.
+/// A header with the fields of this program and of the scene: its text and models, with digests.
+/// Errors: a file that cannot be read. Thread: any.
 [[nodiscard]] Result<v1::JournalHeader> header_of(const scene::Scene& scene);
 
 }  // namespace aprsim::server::journal

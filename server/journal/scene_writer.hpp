@@ -10,21 +10,21 @@
 
 namespace aprsim::server::journal {
 
-/// Gives epochs and checkpoints the scenes that they belong to, where these are not the header's.
-/// Thread: one at a time.
+/// Writes the scenes of epochs and checkpoints where they differ from the header's. Thread: one at
+/// a time.
 class SceneWriter {
  public:
   explicit SceneWriter(const v1::JournalHeader& header) : header_text_(header.scene_text()) {}
 
-  /// Into the record of what was told; nothing for all else. Throws std::runtime_error for a scene
-  /// without a text.
+  /// Writes the scene of an epoch or checkpoint into its record; does nothing for other entries.
+  /// Throws std::runtime_error for a scene without a text.
   void write(const Entry& entry, v1::JournalRecord& record);
-  /// The scenes of a state, into its checkpoint.
+  /// Writes the scenes of a state into its checkpoint.
   void write(const world::WorldState& state, v1::JournalCheckpoint& checkpoint);
 
  private:
   using ScenePtr = std::shared_ptr<const scene::Scene>;
-  /// A scene as it is written, which takes longer than finding that it is the same again.
+  /// A scene and its message, kept because comparing is cheaper than writing.
   struct Written {
     ScenePtr scene;
     v1::JournalScene message;

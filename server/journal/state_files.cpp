@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "proto/journal/journal_reader.hpp"
+#include "server/journal/digest.hpp"
 #include "server/journal/recorded_scenes.hpp"
 #include "server/journal/run_header.hpp"
 #include "server/journal/scene_writer.hpp"
@@ -13,6 +14,9 @@
 
 namespace aprsim::server::journal {
 namespace {
+
+/// Limit of a state's unpacked size; those of the largest cells have some 2 MB.
+constexpr std::size_t kMaxUnpackedBytes = std::size_t{16} << 20;
 
 tl::unexpected<Error> refused(std::string why) {
   return fail(ErrorCode::kFailedPrecondition, "file", std::move(why));
@@ -64,13 +68,31 @@ Result<v1::JournalHeader> SceneStateFiles::header(const scene::Scene& scene) con
   return header;
 }
 
+const StateSeal& SceneStateFiles::seal() {
+  if (!seal_) seal_.emplace(StateSeal::folder());
+  return *seal_;
+}
+
 /// Throws as World does.
-std::uint64_t SceneStateFiles::hash_of(const world::WorldState& state) {
+const world::World& SceneStateFiles::world_in(const world::WorldState& state) {
   if (!world_ || world_->scene() != state.scene) {
     world_ = std::make_unique<world::World>(state.scene, state.seed);
   }
   world_->restore(state);
-  return world_->state_hash();
+  return *world_;
+}
+
+/// A state is what it says: the world that takes it over has the recorded hash, and writes the same
+/// bytes.
+Result<void> SceneStateFiles::check(const world::WorldState& state,
+                                    const v1::JournalCheckpoint& checkpoint) {
+  const world::World& world = world_in(state);
+  if (checkpoint.state_sha256().empty() || world.state_hash() != checkpoint.hash() ||
+      world::to_bytes(world.save()) != checkpoint.state()) {
+    return fail(ErrorCode::kInvalidArgument, "file",
+                "damaged: its state is not the one that was saved");
+  }
+  return {};
 }
 
 Result<std::string> SceneStateFiles::write(const std::string& name,
@@ -91,26 +113,43 @@ Result<std::string> SceneStateFiles::write(const std::string& name,
   auto& checkpoint = *record.mutable_checkpoint();
   checkpoint.mutable_time()->set_step(state->steps);
   checkpoint.set_state(world::to_bytes(*state));
-  checkpoint.set_hash(hash_of(*state));
+  checkpoint.set_state_sha256(sha256(checkpoint.state()));
+  checkpoint.set_hash(world_in(*state).state_hash());
   SceneWriter(*header).write(*state, checkpoint);
   encoder.add(record);
   record.mutable_end()->mutable_time()->set_step(state->steps);
   encoder.add(record);
-  return std::string(aprsim::journal::kMagic) + encoder.take();
+  return seal().sign(std::string(aprsim::journal::kMagic) + encoder.take());
 } catch (const std::exception& failure) {
   return fail(ErrorCode::kUnavailable, "state",
               "the state cannot be written: " + std::string(failure.what()));
 }
 
+/// One at a time, which bounds the memory of many readers.
 Result<protocols::StateFiles::Read> SceneStateFiles::read(std::string bytes) try {
-  auto reader = aprsim::journal::JournalReader::of_bytes(std::move(bytes));
-  if (!reader) return fail(reader.error().code, "file", reader.error().message);
   const std::lock_guard lock(mutex_);
+  if (!accepts_foreign_ && !seal().has_signed(bytes)) {
+    return refused(
+        "the state cannot be loaded: it is not signed with the key of this daemon's user, or was "
+        "changed since; a daemon started with --allow-foreign-states loads it");
+  }
+  return read_signed(std::move(bytes));
+} catch (const std::exception& failure) {
+  const std::lock_guard lock(mutex_);
+  world_.reset();
+  return fail(ErrorCode::kInvalidArgument, "file",
+              "the state cannot be restored: " + std::string(failure.what()));
+}
+
+Result<protocols::StateFiles::Read> SceneStateFiles::read_signed(std::string bytes) {
+  auto reader = aprsim::journal::JournalReader::of_bytes(
+      std::move(bytes), {.frame = kMaxUnpackedBytes, .file = kMaxUnpackedBytes});
+  if (!reader) return fail(reader.error().code, "file", reader.error().message);
   const auto scene = scene_();
   const auto here = header(*scene);
   if (!here) return tl::unexpected(here.error());
   if (const std::string why = mismatch(reader->header(), *here); !why.empty()) {
-    return refused("the state cannot be taken: " + why);
+    return refused("the state cannot be loaded: " + why);
   }
   RecordedScenes scenes(scene);
   std::string name;
@@ -120,22 +159,14 @@ Result<protocols::StateFiles::Read> SceneStateFiles::read(std::string bytes) try
     auto state = scenes.state_of(record.checkpoint());
     if (!state) return fail(state.error().code, "file", state.error().message);
     if (record.checkpoint().has_scene()) {
-      return refused("the state cannot be taken: " + other_scene(state->scene->name, scene->name));
+      return refused("the state cannot be loaded: " + other_scene(state->scene->name, scene->name));
     }
-    if (hash_of(*state) != record.checkpoint().hash()) {
-      return fail(ErrorCode::kInvalidArgument, "file",
-                  "damaged: its state is not the one that was saved");
-    }
+    if (auto ok = check(*state, record.checkpoint()); !ok) return tl::unexpected(ok.error());
     if (name.empty()) name = name_of(*scene, record.checkpoint());
     return Read{name, std::make_shared<const world::WorldState>(std::move(*state))};
   }
   return fail(ErrorCode::kInvalidArgument, "file",
               reader->damage().empty() ? "it holds no state" : reader->damage());
-} catch (const std::exception& failure) {
-  const std::lock_guard lock(mutex_);
-  world_.reset();
-  return fail(ErrorCode::kInvalidArgument, "file",
-              "the state cannot be restored: " + std::string(failure.what()));
 }
 
 }  // namespace aprsim::server::journal

@@ -16,8 +16,8 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// Sets all that the listeners have in common. A listener with an allow list serves the networks on
-/// it; the others ask for credentials.
+/// Sets the options that all listeners have. A listener with an allow list serves its networks; the
+/// others require credentials.
 template <typename Own>
 void configure(protocols::ListenerOptions& options, const ListenerContext& context, const Own& own,
                std::uint16_t port, api::EndpointId endpoint) {
@@ -39,7 +39,7 @@ void configure(protocols::ListenerOptions& options, const ListenerContext& conte
   options.virtual_time = context.virtual_time;
 }
 
-/// Any free port for a robot without one.
+/// 0, a free port, for a robot without a configured one.
 std::uint16_t port_of(const std::map<std::string, std::uint16_t>& ports, const std::string& robot) {
   const auto port = ports.find(robot);
   return port == ports.end() ? std::uint16_t{0} : port->second;
@@ -78,6 +78,7 @@ crcl_server::CrclServerOptions crcl_options(const ListenerContext& context, int 
   options.units = units_of(own);
   options.strict = own.strict;
   options.clamp_targets = own.clamp_targets;
+  options.wait_for_end_effector = own.wait_for_end_effector;
   options.end_program_with_client = own.end_program_with_client;
   if (own.cartesian_min_m) options.cartesian_min_R = corner(*own.cartesian_min_m);
   if (own.cartesian_max_m) options.cartesian_max_R = corner(*own.cartesian_max_m);
@@ -130,6 +131,7 @@ web::WebServerOptions web_options(const ListenerContext& context, const scene::S
   options.control = config.web.control;
   options.hosts = config.web.hosts;
   options.assets = process::web_directory();
+  options.documents = process::documents_directory();
   for (const auto& robot : scene.robots) options.models.emplace_back(robot.name, robot.model_file);
   options.visual = [scene](const api::CellDescription& cell) {
     if (!cell.scene_text || *cell.scene_text == scene.text) return visual_of(scene);

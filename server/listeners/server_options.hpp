@@ -12,16 +12,16 @@
 #include "server/config/config.hpp"
 #include "world/scene/model/scene.hpp"
 
-/// Options of the servers as configuration and scene ask for them.
+/// Options of the servers by configuration and scene.
 namespace aprsim::server {
 
-// Endpoints as they stand in the journal of commands; robots count up from the first.
+// Endpoint numbers in the journal; those of robots count up from the first.
 inline constexpr api::EndpointId kModbusEndpoint = 1;
 inline constexpr api::EndpointId kGrpcEndpoint = 2;
 inline constexpr api::EndpointId kWebEndpoint = 3;
 inline constexpr api::EndpointId kFirstCrclEndpoint = 16;
 
-/// Everything that all listeners of a daemon share. The objects outlive the listeners.
+/// Objects that all listeners of a daemon share; they outlive the listeners.
 struct ListenerContext {
   const Config& config;
   const SecurityContext& security;
@@ -30,11 +30,11 @@ struct ListenerContext {
   api::VirtualTime* virtual_time = nullptr;    ///< null = the wall clock passes time
 };
 
-/// Names of the robots, in their order.
+/// Names of the robots in the order of the scene.
 [[nodiscard]] std::vector<std::string> robots_of(const scene::Scene& scene);
 [[nodiscard]] modbus::ConveyorScaling scaling_of(const ModbusConfig& config);
 
-/// Options of the robot with that index and name.
+/// Options for the robot with this index and name.
 [[nodiscard]] crcl_server::CrclServerOptions crcl_options(const ListenerContext& context, int index,
                                                           const std::string& robot);
 [[nodiscard]] vision_server::VisionServerOptions vision_options(const ListenerContext& context,

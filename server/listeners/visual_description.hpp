@@ -5,7 +5,7 @@
 
 namespace aprsim::server {
 
-/// Shapes of a scene that only a picture of the cell needs, beside the cell's description.
+/// Shapes of a scene that only its picture needs, in addition to the cell's description.
 [[nodiscard]] web::VisualDescription visual_of(const scene::Scene& scene);
 
 }  // namespace aprsim::server

@@ -15,7 +15,7 @@ std::string fault_words(const api::InjectedFault& fault) {
                      fault.target);
 }
 
-/// Taken out by an injected fault, and not fallen.
+/// Whether an injected fault has removed the body.
 bool taken_out(const api::Snapshot& now, const std::string& body) {
   if (!now.faults) return false;
   const auto& all = now.faults->all;
@@ -37,9 +37,10 @@ std::vector<CellLogLine> CellLog::detect(const api::Snapshot& now) {
   if (now.epoch != epoch_) forget();
   epoch_ = now.epoch;
   if (now.world_stops != world_stops_) {
-    // Reset since, its words are gone.
+    // After a reset the reason is gone.
     const std::string& why = now.world_fault;
-    out.push_back({true, "the simulation has stopped: " + (why.empty() ? "reset since" : why)});
+    out.push_back(
+        {true, "the simulation has stopped: " + (why.empty() ? "the cell was reset since" : why)});
   }
   world_stops_ = now.world_stops;
   detect_time(now.virtual_time, out);
@@ -56,40 +57,41 @@ std::vector<CellLogLine> CellLog::detect(const api::Snapshot& now) {
   detect_faults(now, out);
   const bool failed = now.solver_failures.not_converged > 0;
   if (failed && !not_converged_) {
-    out.push_back({false,
-                   "contacts: a step was given up short of the solution (solver_failures in "
-                   "telemetry counts)"});
+    out.push_back(
+        {false,
+         "contacts: the solver has ended a step above its tolerance (telemetry counts them as "
+         "solver_failures)"});
   }
   not_converged_ = failed;
   return out;
 }
 
-/// Also what has been over again since the last look, of which the counters tell.
+/// The counters also show events that began and ended since the last call.
 void CellLog::detect_time(const api::VirtualTimeStatePtr& now, std::vector<CellLogLine>& out) {
   if (!now || now == time_) return;
   const api::VirtualTimeState before = time_ ? *time_ : api::VirtualTimeState{};
   time_ = now;
   if (now->expired > before.expired) {
-    out.push_back({false, fmt::format("virtual time: a client that paces was silent for too long "
-                                      "and is left behind ({} times so far); the run cannot be "
-                                      "repeated exactly",
+    out.push_back({false, fmt::format("virtual time: a pacing client was silent for too long and "
+                                      "time goes on without it ({} times so far); the run cannot "
+                                      "be repeated exactly",
                                       now->expired)});
   }
   if (now->fallbacks > before.fallbacks) {
     out.push_back({false,
-                   "virtual time: nobody paces; it goes by the wall clock until somebody "
-                   "polls a robot's status"});
+                   "virtual time: no client paces; the wall clock does until a client polls a "
+                   "robot's status"});
   }
   if (now->paced && now->pacers != before.pacers && !now->pacers.empty()) {
     out.push_back({false, fmt::format("virtual time: paced by {}", fmt::join(now->pacers, ", "))});
   }
   if (now->awaited != before.awaited && !now->awaited.empty()) {
-    out.push_back({false, fmt::format("virtual time: stands until {} asks for more",
+    out.push_back({false, fmt::format("virtual time: waits for a request of {}",
                                       fmt::join(now->awaited, ", "))});
   }
 }
 
-/// Faults that have begun or ended in any of the snapshots since the last one seen.
+/// Reports faults that have begun or ended since the last call.
 void CellLog::detect_faults(const api::Snapshot& now, std::vector<CellLogLine>& out) {
   if (now.faults == faults_) return;
   const auto known = [this](std::uint64_t id) -> const api::InjectedFault* {

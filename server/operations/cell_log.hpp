@@ -14,10 +14,9 @@ struct CellLogLine {
   std::string text;
 };
 
-/// Detects events of the cell since the last call, whatever was missed in between:
-/// the simulation has stopped, virtual time stands or goes by the wall clock, a part is lost,
-/// injected faults have begun and ended, the solver has failed for the first time since a reset.
-/// Thread: one at a time.
+/// Finds events of the cell since the last call, also where snapshots were missed: the simulation
+/// has stopped, virtual time waits or follows the wall clock, a part is lost, injected faults have
+/// begun and ended, the solver has failed for the first time since a reset. Thread: one at a time.
 class CellLog {
  public:
   [[nodiscard]] std::vector<CellLogLine> detect(const api::Snapshot& now);

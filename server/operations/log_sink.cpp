@@ -13,8 +13,8 @@
 namespace aprsim::server {
 namespace {
 
-/// How often a stalled reader's deadline is looked at.
-constexpr int kLookMs = 20;
+/// Period of checking the deadline of a stalled reader [ms].
+constexpr int kCheckMs = 20;
 
 std::string_view color_of(spdlog::level::level_enum level) {
   switch (level) {
@@ -37,10 +37,10 @@ LogSink::LogSink(int fd, std::function<std::uint64_t()> lost)
 
 void LogSink::sink_it_(const spdlog::details::log_msg& line) {
   const std::uint64_t lost = lost_elsewhere_() + lost_here_;
-  if (lost > told_) {
+  if (lost > reported_) {
     const std::string text =
-        std::to_string(lost - told_) + " log lines lost: their reader was too slow";
-    if (write({line.logger_name, spdlog::level::warn, text})) told_ = lost;
+        std::to_string(lost - reported_) + " log lines lost: their reader was too slow";
+    if (write({line.logger_name, spdlog::level::warn, text})) reported_ = lost;
   }
   if (!write(line)) ++lost_here_;
 }
@@ -61,7 +61,7 @@ bool LogSink::write(const spdlog::details::log_msg& line) {
 bool LogSink::write(std::string_view text) {
   while (!text.empty()) {
     if (!wait_until_writable()) return false;
-    // A pipe that is writable takes so much without blocking.
+    // A writable pipe accepts this much without blocking.
     const ssize_t written = ::write(fd_, text.data(), std::min<std::size_t>(text.size(), PIPE_BUF));
     if (written < 0 && errno != EINTR && errno != EAGAIN) return false;
     if (written > 0) text.remove_prefix(static_cast<std::size_t>(written));
@@ -73,7 +73,7 @@ bool LogSink::wait_until_writable() const {
   while (true) {
     const bool late = Clock::now().time_since_epoch().count() >= deadline_;
     pollfd wait{fd_, POLLOUT, 0};
-    if (poll(&wait, 1, late ? 0 : kLookMs) > 0) return true;
+    if (poll(&wait, 1, late ? 0 : kCheckMs) > 0) return true;
     if (late) return false;
   }
 }

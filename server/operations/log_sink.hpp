@@ -11,18 +11,18 @@
 
 namespace aprsim::server {
 
-/// Writes log lines to a descriptor whose reader may stall: waits for it, but at the end only until
-/// a deadline. When the reader takes lines again, the first tells how many were lost meanwhile.
-/// Thread: one writes; give_up_at() any.
+/// Writes log lines to a descriptor whose reader may stall. It waits for the reader, at the end of
+/// the process until a deadline. When the reader reads again, the first line reports how many lines
+/// were lost. Thread: one writes; give_up_at() any.
 class LogSink final : public spdlog::sinks::base_sink<std::mutex> {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// The descriptor stays the caller's. `lost` counts the lines that never came here.
+  /// The caller owns the descriptor. `lost` counts lines that never reached this sink.
   explicit LogSink(
       int fd, std::function<std::uint64_t()> lost = [] { return 0; });
 
-  /// Lines that cannot be written by then are lost.
+  /// Drops lines that cannot be written by then.
   void give_up_at(Clock::time_point deadline) { deadline_ = deadline.time_since_epoch().count(); }
 
  protected:
@@ -37,7 +37,7 @@ class LogSink final : public spdlog::sinks::base_sink<std::mutex> {
   const int fd_;
   const bool colors_;
   const std::function<std::uint64_t()> lost_elsewhere_;
-  std::uint64_t lost_here_ = 0, told_ = 0;
+  std::uint64_t lost_here_ = 0, reported_ = 0;
   std::atomic<Clock::rep> deadline_{Clock::duration::max().count()};
 };
 

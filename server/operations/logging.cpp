@@ -13,14 +13,14 @@ namespace aprsim::server {
 namespace {
 
 constexpr std::size_t kLines = 8192;
-/// At the end, for a reader that has stalled.
+/// Time for a stalled reader at the end.
 constexpr std::chrono::milliseconds kPatience{500};
 
 }  // namespace
 
 Logging::Logging(const std::string& level) {
   spdlog::init_thread_pool(kLines, 1);
-  // The sink is called by the pool's thread, so only while there is a pool.
+  // The pool's thread calls the sink, hence the pool exists.
   auto* pool = spdlog::thread_pool().get();
   sink_ = std::make_shared<LogSink>(STDERR_FILENO, [pool] { return pool->overrun_counter(); });
   auto logger = std::make_shared<spdlog::async_logger>(

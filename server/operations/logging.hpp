@@ -7,10 +7,9 @@ namespace aprsim::server {
 
 class LogSink;
 
-/// The process's log: standard error, written by a thread of its own, the oldest lines given up and
-/// counted when the reader is slow, so that logging never holds up whoever logs. At the end what is
-/// queued is written out, as far as the reader takes it within half a second; whoever logs has to
-/// end before.
+/// The log of the process. A thread of its own writes it to standard error. With a slow reader the
+/// oldest lines are dropped and counted, so that logging never blocks. The destructor writes what
+/// is queued, for half a second at most; all threads that log have to end before.
 class Logging {
  public:
   explicit Logging(const std::string& level);

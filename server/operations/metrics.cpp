@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <ctime>
-#include <fstream>
+#include <initializer_list>
 #include <limits>
-#include <unistd.h>
 
 #include "server/config/version.hpp"
+#include "server/operations/memory_guard.hpp"
 #include "server/operations/metrics_text.hpp"
 
 namespace aprsim::server {
@@ -15,14 +15,6 @@ namespace {
 
 constexpr auto kCounter = MetricsText::Type::Counter, kGauge = MetricsText::Type::Gauge,
                kHistogram = MetricsText::Type::Histogram;
-
-/// Resident memory of this process; 0 where the system does not tell.
-std::uint64_t resident_bytes() {
-  std::ifstream file("/proc/self/statm");
-  std::uint64_t all = 0, resident = 0;
-  if (!(file >> all >> resident)) return 0;
-  return resident * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
-}
 
 double processor_s() {
   timespec time{};
@@ -43,7 +35,7 @@ void write_process(MetricsText& out) {
 
 void write_simulation(MetricsText& out, const MetricsSources& sources) {
   const api::Snapshot& now = *sources.snapshot;
-  out.metric("aprsim_ready", kGauge, "1 while the simulation runs as it is told to.");
+  out.metric("aprsim_ready", kGauge, "1 while the simulation runs at the requested pace.");
   out.sample(count(sources.ready));
   out.metric("aprsim_step_seconds", kHistogram, "Wall time of a step of the simulation.");
   out.histogram(sources.step_times);
@@ -54,22 +46,47 @@ void write_simulation(MetricsText& out, const MetricsSources& sources) {
   out.metric("aprsim_paused", kGauge, "1 while the simulation is paused.");
   out.sample(count(now.paused));
   out.metric("aprsim_speed_target", kGauge,
-             "Ratio of simulated to wall time that is wanted; +Inf = as fast as possible.");
+             "Requested ratio of simulated to wall time; +Inf = as fast as possible.");
   out.sample(now.speed_target.value_or(std::numeric_limits<double>::infinity()));
   out.metric("aprsim_real_time_factor", kGauge,
              "Ratio of simulated to wall time over the last second.");
   out.sample(now.real_time_factor);
-  out.metric("aprsim_steps_missed_total", kCounter, "Steps given up because the clock ran ahead.");
+  out.metric("aprsim_steps_missed_total", kCounter,
+             "Steps skipped because the simulation was late.");
   out.sample(now.missed_steps);
   out.metric("aprsim_commands_waiting", kGauge, "Commands that wait for the next step.");
   out.sample(std::uint64_t{sources.waiting_commands});
   out.metric("aprsim_plan_waits", kGauge,
-             "Motion plans that a step had to wait for, since the last reset.");
+             "Steps that waited for a motion plan since the last reset.");
   out.sample(now.plan_waits);
-  out.metric("aprsim_world_stops_total", kCounter, "Times that a fault stopped the world.");
+  out.metric("aprsim_world_stops_total", kCounter,
+             "Times that a fault has stopped the simulation.");
   out.sample(now.world_stops);
   out.metric("aprsim_saved_states_bytes", kGauge, "Memory of all saved states.");
   out.sample(now.saved_states ? now.saved_states->bytes : std::uint64_t{0});
+}
+
+void write_memory(MetricsText& out, const MemoryUse& memory) {
+  const MemoryShares& shares = memory.shares;
+  out.metric(
+      "aprsim_memory_limit_bytes", kGauge,
+      "Limit of memory by part; part=\"total\" is memory.max_mb, the others are its shares.");
+  for (const auto& [part, bytes] : std::initializer_list<std::pair<const char*, std::uint64_t>>{
+           {"total", shares.total},
+           {"program", shares.program},
+           {"journal", shares.journal_ring},
+           {"journal_queues", 4 * shares.journal_queue + shares.journal_files},
+           {"history", shares.history},
+           {"past_states", shares.past_states},
+           {"saved_states", shares.saved_states},
+           {"clients", shares.clients}}) {
+    out.sample(bytes, {{"part", part}});
+  }
+  out.metric("aprsim_memory_used_bytes", kGauge, "Memory in use by part.");
+  out.sample(memory.journal_ring, {{"part", "journal"}});
+  out.sample(memory.history, {{"part", "history"}});
+  out.sample(memory.saved_states, {{"part", "saved_states"}});
+  out.sample(memory.events, {{"part", "events"}});
 }
 
 void write_journal(MetricsText& out, const journal::JournalStats& journal) {
@@ -78,11 +95,11 @@ void write_journal(MetricsText& out, const journal::JournalStats& journal) {
   out.metric("aprsim_journal_bytes_total", kCounter, "Bytes written to the run's journal.");
   out.sample(journal.bytes);
   out.metric("aprsim_journal_memory_bytes", kGauge,
-             "The latest of the run's journal, kept in memory.");
+             "Size of the latest part of the journal, kept in memory.");
   out.sample(journal.memory_bytes);
-  out.metric("aprsim_journal_gaps_total", kCounter, "Gaps told in the run's journal.");
+  out.metric("aprsim_journal_gaps_total", kCounter, "Gaps in the journal.");
   out.sample(journal.gaps);
-  out.metric("aprsim_journal_missing_total", kCounter, "Records that these gaps lack.");
+  out.metric("aprsim_journal_missing_total", kCounter, "Records that are missing in these gaps.");
   out.sample(journal.missing);
 }
 
@@ -93,7 +110,7 @@ void write_physics(MetricsText& out, const api::Snapshot& now) {
        {api::GroupKind::kMerged, "merged"},
        {api::GroupKind::kDormant, "dormant"}}};
   out.metric("aprsim_bodies", kGauge,
-             "Trays and gears, by how they are simplified; those without are solved each alone.");
+             "Trays and gears by kind of simplification; none = solved individually.");
   for (const auto& [kind, name] : kGroups) {
     const auto bodies = std::count_if(now.bodies.begin(), now.bodies.end(),
                                       [kind = kind](const api::BodySnapshot& body) {
@@ -102,7 +119,7 @@ void write_physics(MetricsText& out, const api::Snapshot& now) {
     out.sample(static_cast<std::uint64_t>(bodies), {{"simplified", name}});
   }
   out.metric("aprsim_bodies_awake", kGauge,
-             "Trays and gears that each step solves, alone or as one with others.");
+             "Trays and gears that each step solves, individually or merged.");
   out.sample(static_cast<std::uint64_t>(
       std::count_if(now.bodies.begin(), now.bodies.end(), [](const api::BodySnapshot& body) {
         return !body.lost_step && body.group_kind != api::GroupKind::kDormant;
@@ -119,7 +136,7 @@ void write_physics(MetricsText& out, const api::Snapshot& now) {
   out.sample(now.max_penetration_m);
   out.metric("aprsim_penetration_faults", kGauge, "Penetrations over 0.5 mm since the last reset.");
   out.sample(now.physics_faults);
-  out.metric("aprsim_injected_faults", kGauge, "Injected faults at work.");
+  out.metric("aprsim_injected_faults", kGauge, "Active injected faults.");
   std::uint64_t active = 0;
   if (now.faults) {
     active = static_cast<std::uint64_t>(
@@ -132,23 +149,24 @@ void write_physics(MetricsText& out, const api::Snapshot& now) {
 void write_solver(MetricsText& out, const MetricsSources& sources) {
   const api::SolverFailures& failures = sources.snapshot->solver_failures;
   const api::SolverStep& now = sources.snapshot->solver_step;
-  out.metric("aprsim_solver_solved_total", kCounter,
-             "Groups of touching bodies that the contact solver has solved, each in each step.");
+  out.metric(
+      "aprsim_solver_solved_total", kCounter,
+      "Groups of touching bodies that the contact solver has solved, counted once per step.");
   out.sample(sources.solver.solved);
-  out.metric("aprsim_solver_iterations_total", kCounter, "Iterations that this took.");
+  out.metric("aprsim_solver_iterations_total", kCounter, "Iterations of the contact solver.");
   out.sample(sources.solver.iterations);
   out.metric("aprsim_solver_iterations", kGauge,
-             "Most iterations that a group took in the latest step.");
+             "Maximum of iterations of a group in the latest step.");
   out.sample(std::uint64_t{now.iterations});
   out.metric("aprsim_solver_residual_meters_per_second", kGauge,
-             "The farthest that a group was left off the laws of contact in the latest step.");
+             "Maximum residual of a group in the latest step.");
   out.sample(now.residual_m_s);
   out.metric("aprsim_solver_unconverged", kGauge,
-             "Groups of bodies whose step ended short of the solver's tolerance, since the reset.");
+             "Groups whose step ended above the solver's tolerance since the last reset.");
   out.sample(failures.not_converged);
   out.metric("aprsim_solver_worst_residual_meters_per_second", kGauge,
-             "The farthest that one of these was off.");
-  out.sample(failures.worst_m_s);
+             "Maximum residual of these groups.");
+  out.sample(failures.max_residual_m_s);
 }
 
 void write_robots(MetricsText& out, const api::Snapshot& now) {
@@ -161,12 +179,12 @@ void write_robots(MetricsText& out, const api::Snapshot& now) {
   each([](const api::RobotSnapshot& robot) { return count(robot.protective_stop); });
   out.metric("aprsim_robot_drives_on", kGauge, "1 while the drives are on.");
   each([](const api::RobotSnapshot& robot) { return count(robot.drives_on); });
-  out.metric("aprsim_robot_holding", kGauge, "1 while the gripper holds something.");
+  out.metric("aprsim_robot_holding", kGauge, "1 while the gripper holds a body.");
   each([](const api::RobotSnapshot& robot) { return count(robot.gripper.holding); });
 }
 
 void write_requests(MetricsText& out, const MetricsSources& sources) {
-  // wire: the listener's name, as in the ports file.
+  // The label wire is the listener's name, as in the ports file.
   const auto each = [&](const auto& of_crcl, const auto& of_vision, const auto& of_modbus,
                         const auto& of_grpc, const auto& of_web) {
     for (const auto& [robot, stats] : sources.crcl) {
@@ -184,9 +202,10 @@ void write_requests(MetricsText& out, const MetricsSources& sources) {
   const auto refused = [](const auto& stats) { return stats.refused; };
   out.metric("aprsim_connections", kGauge, "Open connections.");
   each(open, open, open, open, open);
-  out.metric("aprsim_connections_accepted_total", kCounter, "Connections taken.");
+  out.metric("aprsim_connections_accepted_total", kCounter, "Connections accepted.");
   each(accepted, accepted, accepted, accepted, accepted);
-  out.metric("aprsim_connections_refused_total", kCounter, "Connections closed for want of room.");
+  out.metric("aprsim_connections_refused_total", kCounter,
+             "Connections closed because a limit was reached.");
   each(refused, refused, refused, refused, refused);
   out.metric(
       "aprsim_requests_total", kCounter,
@@ -197,9 +216,10 @@ void write_requests(MetricsText& out, const MetricsSources& sources) {
        [](const auto& stats) { return stats.requests; },
        [](const auto& stats) { return stats.calls; },
        [](const auto& stats) { return stats.requests; });
-  out.metric("aprsim_request_errors_total", kCounter,
-             "Connections that CRCL and the camera's lines ended because of their peer, Modbus "
-             "exceptions, gRPC calls that failed, requests over HTTP and of pages that did.");
+  out.metric(
+      "aprsim_request_errors_total", kCounter,
+      "CRCL and camera connections closed because of a fault of the peer, Modbus exceptions, "
+      "failed gRPC calls, and failed requests over HTTP and of pages.");
   each([](const auto& stats) { return stats.dropped; },
        [](const auto& stats) { return stats.dropped; },
        [](const auto& stats) { return stats.exceptions; },
@@ -208,9 +228,10 @@ void write_requests(MetricsText& out, const MetricsSources& sources) {
 }
 
 void write_answers(MetricsText& out, const MetricsSources& sources) {
-  out.metric("aprsim_answer_seconds", kHistogram,
-             "From a GetStatus, a Modbus request, a gRPC call, a request over HTTP or of a page to "
-             "its answer.");
+  out.metric(
+      "aprsim_answer_seconds", kHistogram,
+      "Time from a GetStatus, Modbus request, gRPC call, or request over HTTP or of a page to "
+      "its answer.");
   for (const auto& [robot, stats] : sources.crcl) {
     out.histogram(stats.answer_times, {{"wire", "crcl." + robot}});
   }
@@ -220,12 +241,12 @@ void write_answers(MetricsText& out, const MetricsSources& sources) {
 }
 
 void write_streams(MetricsText& out, const MetricsSources& sources) {
-  out.metric("aprsim_streams", kGauge, "Streams of snapshots over gRPC.");
+  out.metric("aprsim_streams", kGauge, "Open snapshot streams over gRPC.");
   out.sample(sources.grpc.streams);
-  out.metric("aprsim_stream_samples_total", kCounter, "Snapshots that streams have sent.");
+  out.metric("aprsim_stream_samples_total", kCounter, "Snapshots sent by these streams.");
   out.sample(sources.grpc.samples);
   out.metric("aprsim_stream_drops_total", kCounter,
-             "Snapshots and camera frames that slow readers did not get.");
+             "Snapshots and camera frames dropped because a reader was slow.");
   for (const auto& [robot, stats] : sources.vision) {
     out.sample(stats.skipped, {{"wire", "vision." + robot}});
   }
@@ -234,17 +255,18 @@ void write_streams(MetricsText& out, const MetricsSources& sources) {
 }
 
 void write_access(MetricsText& out, const AccessSources& access) {
-  out.metric("aprsim_access_refused_total", kCounter,
-             "Calls over gRPC and requests of pages refused for want of credentials or of a role, "
-             "or of an address that has guessed at tokens.");
+  out.metric(
+      "aprsim_access_refused_total", kCounter,
+      "gRPC calls and page requests refused: no credentials, no sufficient role, or too many "
+      "wrong tokens from one address.");
   out.sample(access.refused.unauthenticated, {{"reason", "unauthenticated"}});
   out.sample(access.refused.permission, {{"reason", "permission"}});
   out.sample(access.refused.too_many_attempts, {{"reason", "attempts"}});
-  out.metric("aprsim_tls_failures_total", kCounter, "Handshakes of TLS that have failed.");
+  out.metric("aprsim_tls_failures_total", kCounter, "Failed TLS handshakes.");
   for (const auto& [wire, failures] : access.tls_failures) out.sample(failures, {{"wire", wire}});
-  out.metric("aprsim_audit_records_total", kCounter, "Commands written to the audit's file.");
+  out.metric("aprsim_audit_records_total", kCounter, "Commands written to the audit file.");
   out.sample(access.audit.records);
-  out.metric("aprsim_audit_lost_total", kCounter, "Commands that it lacks.");
+  out.metric("aprsim_audit_lost_total", kCounter, "Commands missing in the audit file.");
   out.sample(access.audit.lost);
 }
 
@@ -254,6 +276,7 @@ std::string metrics_text(const MetricsSources& sources) {
   MetricsText out;
   write_process(out);
   write_simulation(out, sources);
+  write_memory(out, sources.memory);
   if (sources.journal) write_journal(out, *sources.journal);
   write_physics(out, *sources.snapshot);
   write_solver(out, sources);

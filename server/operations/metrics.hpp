@@ -14,6 +14,7 @@
 #include "protocols/modbus/modbus_server.hpp"
 #include "protocols/vision/vision_server.hpp"
 #include "protocols/web/web_server.hpp"
+#include "server/config/memory_shares.hpp"
 #include "server/journal/journal_stats.hpp"
 #include "world/api/snapshot/snapshot.hpp"
 #include "world/api/snapshot/solver_work.hpp"
@@ -28,10 +29,16 @@ struct AccessSources {
   protocols::AuditStats audit;
 };
 
-/// Sources of the metrics: one look at everything that counts.
+/// Limits and use of memory by part [bytes].
+struct MemoryUse {
+  MemoryShares shares;
+  std::uint64_t journal_ring = 0, history = 0, saved_states = 0, events = 0;
+};
+
+/// Values of all counters and gauges at one time.
 struct MetricsSources {
   api::SnapshotPtr snapshot;
-  bool ready = false;  ///< the simulation runs as it is told to
+  bool ready = false;  ///< the simulation runs at the requested pace
   api::DurationHistogram::Counts step_times;
   api::SolverWork solver;
   std::size_t waiting_commands = 0;
@@ -42,10 +49,10 @@ struct MetricsSources {
   grpc_server::TelemetryStats grpc;
   web::WebServerStats web;
   AccessSources access;
+  MemoryUse memory;
 };
 
-/// All metrics of the daemon in Prometheus' text format; what each means stands in its HELP line.
-/// Thread: any.
+/// All metrics of the daemon in Prometheus' text format, each with a HELP line. Thread: any.
 [[nodiscard]] std::string metrics_text(const MetricsSources& sources);
 
 }  // namespace aprsim::server

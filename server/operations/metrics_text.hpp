@@ -11,9 +11,9 @@
 
 namespace aprsim::server {
 
-/// Gathers metrics and writes them in Prometheus' text format, which is prometheus-cpp's part. Its
-/// counters and registry are not used: all is counted where it happens, by who must wait for
-/// nothing, and looked at when it is asked for.
+/// Collects metrics and writes them in Prometheus' text format by prometheus-cpp. Its counters and
+/// registry are not used: threads that must not block count by themselves, and a request reads the
+/// counts.
 class MetricsText {
  public:
   using Labels = std::vector<std::pair<std::string_view, std::string>>;
@@ -21,12 +21,12 @@ class MetricsText {
 
   /// Begins a metric; its samples follow.
   void metric(std::string_view name, Type type, std::string_view help);
-  /// One sample of the counter or gauge that was begun.
+  /// Adds a sample of the current counter or gauge.
   void sample(double value, const Labels& labels = {});
   void sample(std::uint64_t value, const Labels& labels = {}) {
     sample(static_cast<double>(value), labels);
   }
-  /// All samples of a histogram, in seconds.
+  /// Adds all samples of a histogram, in seconds.
   void histogram(const api::DurationHistogram::Counts& counts, const Labels& labels = {});
 
   [[nodiscard]] std::string text() const;

@@ -39,7 +39,7 @@ tl::unexpected<Error> refuse(const std::string& path, const std::string& cause) 
   return fail(ErrorCode::kUnavailable, "ports-file", "cannot write " + path + ": " + cause);
 }
 
-/// The process that has written the file; 0 = none that can be told.
+/// The process that has written the file; 0 = unknown.
 pid_t writer_of(const std::string& path) {
   std::ifstream in(path);
   const auto json = nlohmann::json::parse(in, nullptr, false);
@@ -48,7 +48,7 @@ pid_t writer_of(const std::string& path) {
   return pid > 0 && pid < (1 << 30) ? static_cast<pid_t>(pid) : 0;
 }
 
-/// Whether the name still means the open file.
+/// Whether the path still names the open file.
 bool is_at(int file, const std::string& path) {
   struct stat open {
   }, named{};
@@ -56,7 +56,7 @@ bool is_at(int file, const std::string& path) {
          open.st_dev == named.st_dev && open.st_ino == named.st_ino;
 }
 
-/// A file system without locks lets everybody in.
+/// Always succeeds on a file system without locks.
 bool lock(int file) { return ::flock(file, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK; }
 
 bool write_all(int file, const std::string& text) {
@@ -65,16 +65,16 @@ bool write_all(int file, const std::string& text) {
   return written == static_cast<ssize_t>(text.size());
 }
 
-/// Puts the draft where nothing is; false with EEXIST when there is something by now.
+/// Renames the draft to a path that does not exist; false with EEXIST when it exists by now.
 bool place(const std::string& draft, const std::string& path) {
   if (::renameat2(AT_FDCWD, draft.c_str(), AT_FDCWD, path.c_str(), RENAME_NOREPLACE) == 0) {
     return true;
   }
-  // Not every file system can.
+  // Some file systems do not support the flag.
   return errno == EINVAL && std::rename(draft.c_str(), path.c_str()) == 0;
 }
 
-/// Puts the draft in the place of what is there, if that may be; absent = look again.
+/// Renames the draft to the path, which may exist; absent = the path has changed, try again.
 std::optional<Result<void>> replace(const std::string& draft, const std::string& path) {
   const auto failed = [&] {
     return std::optional<Result<void>>(refuse(path, std::strerror(errno)));
@@ -92,10 +92,10 @@ std::optional<Result<void>> replace(const std::string& draft, const std::string&
     const pid_t writer = writer_of(path);
     return Result<void>(refuse(
         path, writer == 0
-                  ? "another daemon takes it just now"
-                  : "it belongs to the daemon that runs as process " + std::to_string(writer)));
+                  ? "another daemon is writing it"
+                  : "it belongs to the running daemon with process id " + std::to_string(writer)));
   }
-  // Whoever else wants this place waits for the lock, or finds another file.
+  // Other daemons fail to lock this file, or find another one.
   if (!is_at(old.get(), path)) return std::nullopt;
   if (std::rename(draft.c_str(), path.c_str()) != 0) return failed();
   return Result<void>();
@@ -111,7 +111,7 @@ Result<void> PortsFile::write(const std::string& path, const Ports& ports) {
   ::unlink(draft.c_str());
   File file(::open(draft.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644));
   if (file.get() < 0) return refuse(draft, std::strerror(errno));
-  Result<void> done = refuse(path, "others replace it all the time");
+  Result<void> done = refuse(path, "other processes keep replacing it");
   if (!lock(file.get()) || !write_all(file.get(), json.dump(2) + "\n")) {
     done = refuse(draft, std::strerror(errno));
   } else {
@@ -131,14 +131,16 @@ Result<void> PortsFile::write(const std::string& path, const Ports& ports) {
   return done;
 }
 
-PortsFile::~PortsFile() {
+PortsFile::~PortsFile() { remove(); }
+
+void PortsFile::remove() {
   if (file_ < 0) return;
   try {
     if (is_at(file_, path_) && writer_of(path_) == ::getpid()) ::unlink(path_.c_str());
   } catch (const std::exception&) {
-    // Without memory to read it the file stays; the lock on it ends.
+    // Without memory to read it the file stays, unlocked.
   }
-  ::close(file_);
+  ::close(std::exchange(file_, -1));
 }
 
 }  // namespace aprsim::server

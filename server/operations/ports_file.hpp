@@ -11,10 +11,10 @@ namespace aprsim::server {
 /// Listener name ("crcl.fanuc", "modbus", "grpc") to bound port.
 using Ports = std::map<std::string, std::uint16_t>;
 
-/// A file that tells clients the ports: {"NAME": PORT, ..., "pid": N} as one JSON object. Written
-/// beside its place and renamed there, so that whoever sees the file sees all of it. Only a regular
-/// file is replaced, and none whose daemon lives, in whichever container: it holds a lock on its
-/// file. Removed with this, if it is still ours. Thread: one.
+/// The file with the ports for clients: {"NAME": PORT, ..., "pid": N} as one JSON object. A draft
+/// is renamed to its path, so that readers see all of it. It replaces a regular file only, and
+/// never that of a running daemon, which holds a lock on it, also from another container. The
+/// destructor removes the file if it is still ours. Thread: one.
 class PortsFile {
  public:
   PortsFile() = default;
@@ -22,8 +22,10 @@ class PortsFile {
   PortsFile(const PortsFile&) = delete;
   PortsFile& operator=(const PortsFile&) = delete;
 
-  /// Once. Errors: kUnavailable with the path and the cause.
+  /// Call it once. Errors: kUnavailable with path and cause.
   [[nodiscard]] Result<void> write(const std::string& path, const Ports& ports);
+  /// Removes the file, if it is still ours.
+  void remove();
 
  private:
   std::string path_;

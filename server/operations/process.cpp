@@ -1,5 +1,7 @@
 #include "server/operations/process.hpp"
 
+#include <cerrno>
+#include <csignal>
 #include <ctime>
 #include <fcntl.h>
 #include <filesystem>
@@ -12,14 +14,33 @@
 namespace aprsim::server {
 namespace {
 
+/// sigwait() accepts an ignored signal as well once it is blocked.
+bool is_ignored(int signal) {
+  struct sigaction action {};
+  return sigaction(signal, nullptr, &action) == 0 && (action.sa_flags & SA_SIGINFO) == 0 &&
+         action.sa_handler == SIG_IGN;
+}
+
 sigset_t stop_signals() {
   sigset_t set;
   sigemptyset(&set);
-  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&set, signal);
+  sigaddset(&set, SIGTERM);
+  for (const int signal : {SIGINT, SIGHUP}) {
+    if (!is_ignored(signal)) sigaddset(&set, signal);
+  }
   return set;
 }
 
 }  // namespace
+
+void open_standard_descriptors() {
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(descriptor, F_GETFD) >= 0 || errno != EBADF) continue;
+    // This is the lowest free number, since those below are open. A write to standard output fails,
+    // so that lost output is reported.
+    if (open("/dev/null", descriptor == STDERR_FILENO ? O_RDWR : O_RDONLY) < 0) return;
+  }
+}
 
 Result<void> raise_file_limit(std::uint64_t needed) {
   rlimit limit{};
@@ -33,7 +54,12 @@ Result<void> raise_file_limit(std::uint64_t needed) {
                   "; raise the limit (ulimit -Hn) or lower max_connections");
 }
 
-void share_memory_pools() { mallopt(M_ARENA_MAX, 2); }
+void share_memory_pools() {
+  mallopt(M_ARENA_MAX, 2);
+  // The default threshold rises to the largest block that was ever freed; the process keeps all
+  // blocks below it.
+  mallopt(M_MMAP_THRESHOLD, 128 * 1024);
+}
 
 void block_signals() {
   const sigset_t set = stop_signals();

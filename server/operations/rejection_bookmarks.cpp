@@ -21,7 +21,7 @@ void RejectionBookmarks::refused(std::string_view source, std::string_view what)
                   std::string(source) + ": refused: " + text);
   if (journal_ != nullptr) journal_->refused(*seen, source, text);
 } catch (const std::bad_alloc&) {
-  // The moment is there without it.
+  // The moment can be found without a bookmark.
 }
 
 }  // namespace aprsim::server

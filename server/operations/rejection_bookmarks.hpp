@@ -14,14 +14,14 @@
 
 namespace aprsim::server {
 
-/// Sets a bookmark and an event of the journal where a listener has refused something: each
-/// listener gets kBurst, then kPerSecond, so that no client that insists pushes the others out.
-/// Thread: any.
+/// Records a bookmark and a journal event where a listener refuses a request. Each listener gets
+/// kBurst, then kPerSecond, so that a client that retries cannot displace other bookmarks. Thread:
+/// any.
 class RejectionBookmarks final : public protocols::RefusalSink {
  public:
   static constexpr double kBurst = 20, kPerSecond = 0.2;
 
-  /// All outlive it; the journal may be null.
+  /// All arguments outlive it; the journal may be null.
   RejectionBookmarks(world::Bookmarks& bookmarks, journal::Journal* journal,
                      const api::SnapshotSource& source)
       : bookmarks_(bookmarks), journal_(journal), source_(source) {}

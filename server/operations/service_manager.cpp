@@ -36,7 +36,7 @@ ServiceManager::ServiceManager() : path_(variable("NOTIFY_SOCKET")) {
   const auto watchdog_us = whole(variable("WATCHDOG_USEC"));
   const auto pid = whole(variable("WATCHDOG_PID"));
   watched_ = watchdog_us && (!pid || *pid == ::getpid());
-  // Twice as often as needed.
+  // Half the time that systemd allows.
   if (watched_) {
     period_ = std::clamp(std::chrono::milliseconds(*watchdog_us / 2000),
                          std::chrono::milliseconds(1), kStatusPeriod);
@@ -61,7 +61,7 @@ void ServiceManager::send(const std::string& message) const {
   address.sun_family = AF_UNIX;
   if (socket_ < 0 || path_.size() >= sizeof address.sun_path) return;
   std::memcpy(address.sun_path, path_.data(), path_.size());
-  // "@" stands for the abstract namespace.
+  // A leading "@" means the abstract namespace.
   if (path_[0] == '@') address.sun_path[0] = '\0';
   const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + path_.size());
   (void)::sendto(socket_, message.data(), message.size(), MSG_NOSIGNAL,

@@ -6,9 +6,9 @@
 
 namespace aprsim::server {
 
-/// Tells systemd, when it has started this process as a unit of Type=notify, what becomes of it:
-/// datagrams to the socket that NOTIFY_SOCKET names, see sd_notify(3). Else nothing happens.
-/// A message that cannot be sent is left out. Thread: one.
+/// Reports the state of the process to systemd if it runs as a unit of Type=notify: datagrams to
+/// the socket in NOTIFY_SOCKET, see sd_notify(3). Otherwise it does nothing. Messages that cannot
+/// be sent are dropped. Thread: one.
 class ServiceManager {
  public:
   /// Reads the variables NOTIFY_SOCKET, WATCHDOG_USEC and WATCHDOG_PID.
@@ -19,11 +19,11 @@ class ServiceManager {
 
   void ready() { send("READY=1"); }
   void stopping() { send("STOPPING=1"); }
-  /// The process does what it is there for, and what keeps it from doing it well; empty = nothing.
-  /// Unchanged status is not sent again.
+  /// Reports whether the simulation makes progress, and the problem that it has; empty = none. An
+  /// unchanged status is not sent again.
   void working(bool progress, const std::string& problem);
 
-  /// How often working() has to be called; absent = nobody asks.
+  /// Period in which working() has to be called; absent = never.
   [[nodiscard]] std::optional<std::chrono::milliseconds> period() const { return period_; }
 
  private:

@@ -9,6 +9,7 @@
 #include <optional>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include <spdlog/spdlog.h>
 
@@ -17,7 +18,7 @@
 namespace aprsim::server {
 namespace {
 
-/// A directory of our own; empty when there can be none.
+/// A new private directory; empty where it cannot be created.
 std::string make_directory() {
   std::error_code failed;
   std::string name = (std::filesystem::temp_directory_path(failed) / "aprsimd-XXXXXX").string();
@@ -27,20 +28,27 @@ std::string make_directory() {
   return {};
 }
 
-bool is_any(const std::string& address) { return address == "0.0.0.0" || address == "::"; }
+/// Whether a listener at that address is reached at a numeric host of this machine.
+bool reaches(const std::string& address, const std::string& host) {
+  if (address == host || address == "::") return true;
+  if (address == "localhost") return host == "127.0.0.1" || host == "::1";
+  return address == "0.0.0.0" && host.find(':') == std::string::npos;
+}
 
-/// Where programs on this machine reach every listener; none when that is not one address.
+/// The address at which programs on this machine reach all listeners; empty where they have
+/// several.
 std::optional<std::string> host_of(const Config& config) {
   const std::array all{config.crcl.address, config.modbus.address, config.vision.address,
                        config.grpc.address};
-  const auto chosen = std::ranges::find_if_not(all, is_any);
-  if (chosen == all.end()) {
-    const bool v4 = std::ranges::any_of(all, [](const std::string& a) { return a == "0.0.0.0"; });
-    return v4 ? "127.0.0.1" : "::1";
+  std::vector<std::string> hosts{"127.0.0.1", "::1"};
+  hosts.insert(hosts.end(), all.begin(), all.end());
+  for (const std::string& host : hosts) {
+    if (host == "0.0.0.0" || host == "::" || host == "localhost") continue;
+    if (std::ranges::all_of(all, [&](const std::string& a) { return reaches(a, host); })) {
+      return host;
+    }
   }
-  const bool fits = std::ranges::all_of(
-      all, [&](const std::string& address) { return is_any(address) || address == *chosen; });
-  return fits ? std::optional(*chosen) : std::nullopt;
+  return std::nullopt;
 }
 
 }  // namespace
@@ -58,7 +66,7 @@ CellPrograms::CellPrograms(const Config& config, bool demo, std::string token) :
   }
   if (!pages_may) options.refusal = "Pages start and stop no programs here (web.programs).";
   options.environment["APRSIM_TOKEN"] = std::move(token);
-  // They trust this daemon's own certificate; it must name the address at which they reach it.
+  // Programs trust the daemon's own certificate, which must name the address that they use.
   if (config.tls.certificate) options.environment["APRSIM_CA"] = *config.tls.certificate;
   programs_ = std::make_unique<Programs>(std::move(options));
 }

@@ -9,25 +9,25 @@
 
 namespace aprsim::server {
 
-/// The programs of a daemon's cell, and the file from which they learn its ports. None where pages
-/// may start none and the demo is not asked for. Thread: one; pages use for_pages() on theirs.
+/// The programs that a daemon starts, and the file with the ports for them. There are none where
+/// pages may not start programs and no demo is requested. Thread: one; for_pages() any.
 class CellPrograms {
  public:
-  /// `token`: for the programs; empty = they need none.
+  /// `token`: of the programs; empty = none is needed.
   CellPrograms(const Config& config, bool demo, std::string token = {});
   ~CellPrograms();
   CellPrograms(const CellPrograms&) = delete;
   CellPrograms& operator=(const CellPrograms&) = delete;
 
-  /// Once everything listens that they need, before pages can ask for one; starts the demo where
-  /// that is asked for. Errors: the file cannot be written; no demo for this scene.
+  /// Writes the ports and starts a requested demo. Call it once the listeners are open and before
+  /// the page is. Errors: the file cannot be written; there is no demo for this scene.
   [[nodiscard]] Result<void> begin(const Ports& ports);
-  /// Tells what runs to end and takes no more; does not wait.
+  /// Terminates the running program and accepts no more; does not wait.
   void close();
-  /// Waits for what runs, for a second or so.
+  /// Waits about a second for the end of the running program.
   void end();
 
-  /// Null where there are none; lives until end().
+  /// Null where there are none; valid until end().
   [[nodiscard]] web::ProgramRunner* for_pages() const { return programs_.get(); }
 
  private:

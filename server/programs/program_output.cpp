@@ -55,7 +55,7 @@ void add_line(std::string line, web::ProgramStatus& status) {
   status.lines.push_back(std::move(line));
 }
 
-/// A table keeps its line ends; whatever else controls a terminal is left out.
+/// A table with its line ends, without other control characters.
 std::string table_in(const Json& object) {
   const auto found = object.find("report");
   if (found == object.end() || !found->is_string()) return {};

@@ -9,15 +9,15 @@
 
 namespace aprsim::server {
 
-inline constexpr std::size_t kMostOrders = 64;        ///< of a program's that are told
-inline constexpr std::size_t kMostLines = 100;        ///< of what it says that are kept
+inline constexpr std::size_t kMostOrders = 64;        ///< orders that are shown
+inline constexpr std::size_t kMostLines = 100;        ///< lines of output that are kept
 inline constexpr std::size_t kLongestText = 200;      ///< bytes of a line or name
 inline constexpr std::size_t kLongestReport = 16384;  ///< bytes
 
-/// Takes a line of a program's output into the status: a JSON object with "progress" ("time_s",
+/// Updates the status by a line of a program's output: a JSON object with "progress" ("time_s",
 /// "placed", and "orders" with "name", "tray", "state", "kits", "done", "parts", "parts_wanted"),
-/// with "what" (and "time_s"), with "text" (and "who"), or with "report". What is of another type
-/// or too long is left out or cut. Returns a line that is no JSON, for the log.
+/// with "what" (and "time_s"), with "text" (and "who"), or with "report". Values of another type
+/// are ignored, long ones are cut. Returns a line that is no JSON, for the log.
 [[nodiscard]] std::optional<std::string> take_line(std::string_view line,
                                                    web::ProgramStatus& status);
 

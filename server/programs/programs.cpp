@@ -1,6 +1,7 @@
 #include "server/programs/programs.hpp"
 
 #include <algorithm>
+#include <csignal>
 #include <filesystem>
 #include <utility>
 
@@ -22,10 +23,10 @@ using SteadyClock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kLookPeriod{50};
 constexpr std::size_t kBytesPerLook = std::size_t{16} << 10;  // a flood waits in its pipe
-/// How a program has ended, in words.
-std::string end_of(int code, bool told_to, bool killed) {
-  if (killed) return "killed: it did not end when it was told to";
-  if (told_to) return "stopped";
+/// Describes how a program has ended.
+std::string end_of(int code, bool was_stopped, bool killed) {
+  if (killed) return "killed: it did not end on SIGTERM";
+  if (was_stopped) return "stopped";
   if (code == 0) return "done";
   if (code < 0) return "ended by signal " + std::to_string(-code);
   return "ended with " + std::to_string(code);
@@ -33,7 +34,7 @@ std::string end_of(int code, bool told_to, bool killed) {
 
 }  // namespace
 
-/// A program that runs.
+/// A running program.
 struct Programs::Child {
   ChildProcess process;
   web::ProgramStatus status;
@@ -78,14 +79,15 @@ Result<void> Programs::start(const std::string& name, std::optional<std::uint64_
 Result<void> Programs::launch(const std::string& name, std::optional<std::uint64_t> seed) {
   const Program* program = find(name);
   if (program == nullptr) {
-    return fail(ErrorCode::kNotFound, "name",
-                '\'' + protocols::log_text(name, 64) + "' is no program that can be started here");
+    return fail(
+        ErrorCode::kNotFound, "name",
+        '\'' + protocols::log_text(name, 64) + "' is not a program that can be started here");
   }
   if (seed && program->seed_option.empty()) {
     return fail(ErrorCode::kInvalidArgument, "seed", name + " takes no seed");
   }
   const std::lock_guard lock(mutex_);
-  if (closed_) return fail(ErrorCode::kUnavailable, "name", "the daemon stops");
+  if (closed_) return fail(ErrorCode::kUnavailable, "name", "the daemon is stopping");
   if (busy_) {
     return fail(ErrorCode::kFailedPrecondition, "name", status_->name + " runs; stop it first");
   }
@@ -160,12 +162,12 @@ void Programs::run() {
   }
 }
 
-/// Reads what it says until it has ended.
+/// Reads its output until it has ended.
 void Programs::serve(Child& child) {
   web::ProgramStatus& status = child.status;
   std::optional<int> code;
   while (true) {
-    // Asked first: what it has said before its end is then all there.
+    // Queried first, so that all output before the end is read.
     code = child.process.ended();
     const auto lines = code ? child.process.lines() : child.process.lines(kBytesPerLook);
     for (const std::string& line : lines) {
@@ -206,14 +208,14 @@ std::vector<Program> known_programs(const std::string& scene, const std::string&
   const std::string cell = fs::path(*file).stem().string();
   const bool shipped = fs::equivalent(fs::path(*file).parent_path(), paths.scenes, status);
   if (shipped && fs::is_regular_file(kitting.parent_path() / "cells" / (cell + ".toml"), status)) {
-    all.push_back({{kDemo, "The kitting controller fills kits and empties them again, for ever"},
+    all.push_back({{kDemo, "The kitting controller fills and empties kits until it is stopped"},
                    {"python3", kitting.string(), "--cell", cell, "--host", host, "--ports-file",
                     ports_file, "--forever", "--json"},
                    ""});
   }
   for (const std::string& name : scene::names_in(paths.scenarios)) {
     const auto summary = scenario::summarize_scenario(name, paths);
-    // One that cannot be read is told of by who runs it.
+    // `aprsim scenario` reports a scenario that cannot be read.
     if (!summary || summary->own_parts) continue;
     if (!fs::equivalent(summary->scene_file, *file, status)) continue;
     all.push_back({{name, summary->description, true},

@@ -14,32 +14,31 @@
 
 namespace aprsim::server {
 
-/// A program that may be started.
+/// A program that can be started.
 struct Program {
   web::ProgramOffer offer;
   std::vector<std::string> command;
-  std::string seed_option;  ///< which a seed follows; empty = it takes none
+  std::string seed_option;  ///< option for a seed; empty = none
 };
 
 struct ProgramsOptions {
   std::vector<Program> programs;
-  std::string refusal;  ///< why pages may neither start nor stop any; empty = they may
-  std::map<std::string, std::string> environment;  ///< besides our own
-  /// For a program to end when it is told to, before it is killed; and when we end, too.
+  std::string refusal;  ///< why pages may neither start nor stop programs; empty = they may
+  std::map<std::string, std::string> environment;  ///< in addition to the daemon's
+  /// Time from SIGTERM to SIGKILL; `last_patience` while the daemon is stopping.
   std::chrono::milliseconds patience{20'000}, last_patience{1'000};
 };
 
-/// Programs of a fixed list as child processes, one at a time, each in a process group of its own,
-/// with a thread that starts them and reads what they say: pipes hold a flood back, the log gets a
-/// limited part of what is not for pages. Nothing waits for them, and their end harms nothing.
-/// Thread: any.
+/// Programs of a fixed list as child processes, one at a time, each in its own process group. A
+/// thread starts them and reads their output. Pipes slow down a program that writes too much; the
+/// log gets a limited part of output that is not for pages. Thread: any.
 class Programs final : public web::ProgramRunner {
  public:
   explicit Programs(ProgramsOptions options);
-  /// Ends what runs.
+  /// Ends the running program.
   ~Programs() override;
 
-  /// As start(), whatever pages may.
+  /// As start(), regardless of the permissions of pages.
   [[nodiscard]] Result<void> launch(const std::string& name, std::optional<std::uint64_t> seed);
 
   [[nodiscard]] Result<void> start(const std::string& name,
@@ -47,7 +46,7 @@ class Programs final : public web::ProgramRunner {
   [[nodiscard]] Result<void> stop() override;
   [[nodiscard]] std::shared_ptr<const web::ProgramStatus> status() const override;
 
-  /// Tells what runs to end and takes no more; the destructor waits for it.
+  /// Terminates the running program and accepts no more; the destructor waits for it.
   void close();
 
  private:
@@ -66,12 +65,11 @@ class Programs final : public web::ProgramRunner {
   std::jthread thread_;  // last: it uses all of the above
 };
 
-/// The kitting controller, as a program.
+/// Name of the kitting controller.
 inline constexpr const char* kDemo = "demo";
 
-/// Programs for a cell with this scene, a name or a file: the kitting controller, where
-/// it knows the cell, and the shipped scenarios that can be run in it. They find the cell at `host`
-/// and the ports of the file.
+/// Programs for a cell with this scene (name or file): the kitting controller, if it knows the
+/// cell, and the shipped scenarios of the cell. They connect to `host` and the ports of the file.
 [[nodiscard]] std::vector<Program> known_programs(const std::string& scene, const std::string& host,
                                                   const std::string& ports_file);
 

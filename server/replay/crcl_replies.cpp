@@ -21,7 +21,7 @@ bool has(const std::string& document, const char* word) {
 std::vector<crcl::Units> all_units() {
   using namespace crcl;
   std::vector<Units> all;
-  // The usual ones come first.
+  // The most frequent units come first.
   for (const auto length : {LengthUnit::kMillimeter, LengthUnit::kMeter, LengthUnit::kInch}) {
     for (const auto angle : {AngleUnit::kDegree, AngleUnit::kRadian}) {
       for (const auto force : {ForceUnit::kNewton, ForceUnit::kPound, ForceUnit::kOunce}) {
@@ -34,7 +34,7 @@ std::vector<crcl::Units> all_units() {
   return all;
 }
 
-/// Everything of every joint, whatever the client has asked for.
+/// All fields of all joints, regardless of the client's configuration.
 ConnectionSettings settings_in(const crcl::Units& units) {
   ConnectionSettings settings(units, true);
   crcl::ConfigureJointReports every;
@@ -42,6 +42,7 @@ ConnectionSettings settings_in(const crcl::Units& units) {
     every.reports.push_back({joint, true, true, true});
   }
   settings.apply(every);
+  settings.report_everything();
   return settings;
 }
 
@@ -122,7 +123,7 @@ CrclReplies::CrclReplies(std::size_t robot) : robot_(robot) {
 }
 
 void CrclReplies::received(const std::string& document, world::RunTime at) {
-  if (asks(document)) {
+  if (is_status_request(document)) {
     asked_.push_back(at);
     if (asked_.size() > kMostUnanswered) asked_.pop_front();
   } else {
@@ -130,7 +131,7 @@ void CrclReplies::received(const std::string& document, world::RunTime at) {
   }
 }
 
-bool CrclReplies::asks(const std::string& document) {
+bool CrclReplies::is_status_request(const std::string& document) {
   if (document == get_status_) return true;
   if (!has(document, "GetStatus")) return false;
   const auto command = crcl::decode_command(document);
@@ -139,7 +140,7 @@ bool CrclReplies::asks(const std::string& document) {
   return true;
 }
 
-/// Whether the robot takes it is not known here: old and new ones may hold from now on.
+/// The robot may refuse the change, so old and new units are possible from now on.
 void CrclReplies::follow_units(const std::string& document) {
   if (!has(document, "Units")) return;
   std::vector<crcl::Units> next;
@@ -173,7 +174,7 @@ std::optional<WireReply> CrclReplies::sent(const std::string& document, world::R
   return WireReply{
       from, at,
       [self = shared_from_this(), document, set_before = sets_](const api::Snapshot& snapshot) {
-        // A document that an injected fault has cut off is no status.
+        // An injected fault may have cut off the document.
         if (self->status_text_ != document) {
           self->status_ = crcl::decode_status(document).value_or(crcl::Status{});
           self->status_text_ = document;
@@ -182,7 +183,7 @@ std::optional<WireReply> CrclReplies::sent(const std::string& document, world::R
       }};
 }
 
-/// Settings after the reply hold only for later ones.
+/// Settings after the reply apply to later ones only.
 Deviation CrclReplies::deviation(const crcl::Status& recorded, std::uint64_t set_before,
                                  const api::Snapshot& snapshot) {
   if (cell_ != snapshot.cell) {

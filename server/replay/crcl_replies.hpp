@@ -15,8 +15,8 @@
 
 namespace aprsim::server::journal {
 
-/// The statuses of one CRCL connection, as far as the cell alone decides them: joints, pose,
-/// gripper and speed override. Units are those that all its statuses so far fit. Thread: one at a
+/// Recomputes the statuses of a CRCL connection, as far as the cell alone determines them: joints,
+/// pose, gripper and speed override. Units are those that fit all statuses so far. Thread: one at a
 /// time.
 class CrclReplies : public std::enable_shared_from_this<CrclReplies> {
  public:
@@ -25,26 +25,26 @@ class CrclReplies : public std::enable_shared_from_this<CrclReplies> {
 
   /// A document of the client.
   void received(const std::string& document, world::RunTime at);
-  /// A document to the client; absent = no status, or nobody knows when it was asked for.
+  /// A document to the client; absent = no status, or its request is unknown.
   [[nodiscard]] std::optional<WireReply> sent(const std::string& document, world::RunTime at);
 
  private:
-  /// Units that may hold, and after how many documents that may have set them.
+  /// Possible units, with the number of documents after which they may apply.
   struct PossibleUnits {
     crcl::Units units;
     std::uint64_t since = 0;
   };
   [[nodiscard]] Deviation deviation(const crcl::Status& recorded, std::uint64_t set_before,
                                     const api::Snapshot& snapshot);
-  [[nodiscard]] bool asks(const std::string& document);
+  [[nodiscard]] bool is_status_request(const std::string& document);
   void follow_units(const std::string& document);
 
   const std::size_t robot_;
-  std::string get_status_;            ///< the latest, which clients repeat byte for byte
-  std::deque<world::RunTime> asked_;  ///< statuses on their way
+  std::string get_status_;            ///< the latest request, which clients repeat byte by byte
+  std::deque<world::RunTime> asked_;  ///< requested statuses
   std::vector<PossibleUnits> units_;
-  std::uint64_t sets_ = 0;   ///< documents so far that may have set units
-  std::string status_text_;  ///< of the status that is compared
+  std::uint64_t sets_ = 0;   ///< documents that may have set units
+  std::string status_text_;  ///< the status that is compared
   crcl::Status status_;
   std::shared_ptr<const api::CellDescription> cell_;
   std::optional<crcl_server::JointMap> joints_;  ///< of that

@@ -9,11 +9,10 @@
 
 namespace aprsim::server::journal {
 
-/// How a reply is another one than was recorded: its values one after the other. Thread: one at a
-/// time.
+/// Compares a recorded reply with a recomputed one, value by value. Thread: one at a time.
 class Deviation {
  public:
-  /// Numbers that JSON and XML give back bit for bit.
+  /// Compares numbers that JSON and XML preserve bit for bit.
   void number(std::string_view name, double then, double here) {
     if (then == here) return;
     const double by = std::abs(then - here);
@@ -26,9 +25,9 @@ class Deviation {
   }
 
   [[nodiscard]] bool any() const { return count_ > 0; }
-  /// Deviation of all values together, each by its own size.
+  /// Deviation of all values, each relative to its size.
   [[nodiscard]] double size() const { return size_; }
-  /// The value that is off most, and how many more are.
+  /// Names the value that deviates most, and counts the others.
   [[nodiscard]] std::string text() const {
     return count_ > 1 ? fmt::format("{}, and {} other values", worst_, count_ - 1) : worst_;
   }
@@ -46,7 +45,7 @@ class Deviation {
   }
 
   std::string worst_;
-  double worst_size_ = 0;  ///< of its own size
+  double worst_size_ = 0;  ///< relative to its size
   int count_ = 0;
   double size_ = 0;
 };

@@ -6,10 +6,10 @@
 
 namespace aprsim::server::journal {
 
-/// Where a run that was repeated is not as the journal has it.
+/// The first place where a replay differs from the journal.
 struct Difference {
   world::RunTime time;
-  std::string what;  ///< which body, joint, belt or wire differs by how much, in words
+  std::string what;  ///< the body, joint, belt or wire, and by how much it differs
 };
 
 }  // namespace aprsim::server::journal

@@ -22,7 +22,7 @@ std::span<const std::uint8_t> bytes_of(const std::string& unit) {
   return {reinterpret_cast<const std::uint8_t*>(unit.data()), unit.size()};
 }
 
-/// Whether a reply is to a request: the transaction, the unit's id and the function are the same.
+/// Whether a reply answers a request: transaction, unit id and function are equal.
 bool answers(const std::string& reply, const std::string& request) {
   return reply.compare(0, 2, request, 0, 2) == 0 &&
          reply.compare(kFunctionAt - 1, 2, request, kFunctionAt - 1, 2) == 0;
@@ -67,7 +67,7 @@ std::uint16_t value_in(const modbus::RegisterImage& image, Area area, std::uint1
   return image.holding[at];
 }
 
-/// The speed is read as it was written where the drive's setting comes of that.
+/// The speed reads as it was written if the drive's setting results from it.
 bool speed_as_written(std::uint16_t counts, const modbus::ConveyorReadings& readings,
                       const modbus::ConveyorScaling& scaling) {
   const double written = counts * scaling.m_s_per_count();
@@ -78,7 +78,7 @@ bool speed_as_written(std::uint16_t counts, const modbus::ConveyorReadings& read
 Deviation deviation_of(const std::string& reply, const Range& range,
                        const modbus::ConveyorReadings& readings,
                        const modbus::ConveyorScaling& scaling) {
-  // Memory that nothing in the cell uses stays as it was: what differs between these two.
+  // Registers without a function in the cell keep their values: the difference of these two.
   modbus::RegisterImage zeros, ones;
   ones.coils.fill(1);
   ones.discrete.fill(1);
@@ -112,7 +112,7 @@ void ModbusReplies::received(const std::string& unit, world::RunTime at) {
 
 std::optional<WireReply> ModbusReplies::sent(const std::string& unit, world::RunTime at) {
   const auto answered = [&](const Asked& asked) {
-    // An exception has the highest bit of the function.
+    // An exception has the highest bit of the function set.
     std::string reply = unit;
     reply[kFunctionAt] = static_cast<char>(reply[kFunctionAt] & 0x7F);
     return answers(reply, asked.unit);
@@ -122,7 +122,7 @@ std::optional<WireReply> ModbusReplies::sent(const std::string& unit, world::Run
   if (found == asked_.end()) return std::nullopt;
   Asked asked = std::move(*found);
   asked_.erase(asked_.begin(), found + 1);
-  // Where two have one number, the first may never have been answered.
+  // Of two requests with one number the first may never have been answered.
   const bool other = std::ranges::any_of(
       asked_, [&](const Asked& later) { return answered(later) && later.unit != asked.unit; });
   const auto validated = modbus::validate_request(bytes_of(asked.unit));

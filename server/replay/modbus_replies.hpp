@@ -10,7 +10,7 @@
 
 namespace aprsim::server::journal {
 
-/// Replies to the clients of one Modbus connection, as far as the cell alone decides them: the
+/// Recomputes the replies of a Modbus connection, as far as the cell alone determines them: the
 /// documented registers. Thread: one at a time.
 class ModbusReplies {
  public:
@@ -18,7 +18,7 @@ class ModbusReplies {
 
   /// A unit of the client.
   void received(const std::string& unit, world::RunTime at);
-  /// A unit to the client; absent = it has read nothing, or nobody knows what.
+  /// A unit to the client; absent = it reads nothing, or its request is unknown.
   [[nodiscard]] std::optional<WireReply> sent(const std::string& unit, world::RunTime at);
 
  private:
@@ -28,7 +28,7 @@ class ModbusReplies {
   };
 
   const modbus::ConveyorScaling scaling_;
-  std::deque<Asked> asked_;  ///< replies on their way
+  std::deque<Asked> asked_;  ///< requests without a reply yet
 };
 
 }  // namespace aprsim::server::journal

@@ -17,7 +17,7 @@ namespace {
 
 double seconds(SimTime time) { return std::chrono::duration<double>(time).count(); }
 
-/// Steps from one picture to the next.
+/// Steps between two samples.
 std::uint64_t steps_between(const MotionOptions& options, double step_s) {
   return static_cast<std::uint64_t>(
       std::max(1LL, std::llround(1 / (std::max(options.rate_hz, 1e-6) * step_s))));
@@ -27,11 +27,8 @@ std::uint64_t steps_between(const MotionOptions& options, double step_s) {
 
 MotionFile::MotionFile(MotionOptions options, const v1::JournalHeader& header,
                        const scene::Scene& scene)
-    : options_(std::move(options)),
-      out_(options_.file, std::ios::binary | std::ios::trunc),
-      header_(header),
-      scene_(scene) {
-  out_ << aprsim::journal::kMagic;
+    : options_(std::move(options)), file_(options_.file), header_(header), scene_(scene) {
+  file_.out() << aprsim::journal::kMagic;
 }
 
 void MotionFile::describe(const world::World& world) {
@@ -53,13 +50,13 @@ void MotionFile::describe(const world::World& world) {
   described_ = world.description();
 }
 
-void MotionFile::take(const world::World& world, world::RunTime time) {
+void MotionFile::sample(const world::World& world, world::RunTime time) {
   const double now_s = seconds(world.time()), step_s = seconds(world.step_size());
   if (time.epoch != epoch_) base_s_ = latest_s_ - now_s;
   epoch_ = time.epoch;
   latest_s_ = std::max(latest_s_, base_s_ + now_s);
   const auto step = static_cast<std::uint64_t>(std::llround(latest_s_ / step_s));
-  // It is asked after commands, too.
+  // The function is also called after commands.
   if (step < next_step_) return;
   next_step_ = step + steps_between(options_, step_s);
   if (latest_s_ < options_.from_s || latest_s_ > options_.to_s) return;
@@ -69,20 +66,19 @@ void MotionFile::take(const world::World& world, world::RunTime time) {
   snapshot.epoch = time.epoch;
   v1::MotionRecord record;
   protocols::write_message(snapshot, header_.run_id(), *record.mutable_snapshot());
-  // That of the machine on which the run is repeated.
+  // It would be the wall time of the replay.
   record.mutable_snapshot()->clear_sample_time();
   encoder_.add(record);
   flush(aprsim::journal::kFrameBytes);
 }
 
 void MotionFile::flush(std::size_t from_bytes) {
-  if (encoder_.pending() >= from_bytes) out_ << encoder_.take();
+  if (encoder_.pending() >= from_bytes) file_.out() << encoder_.take();
 }
 
 Result<void> MotionFile::finish() {
   flush(0);
-  if (out_.flush()) return {};
-  return fail(ErrorCode::kUnavailable, "motion", options_.file + " cannot be written");
+  return file_.commit();
 }
 
 }  // namespace aprsim::server

@@ -5,11 +5,11 @@
 
 namespace aprsim::server {
 
-/// How a replay writes what moves.
+/// Options for the motion file of a replay.
 struct MotionOptions {
-  std::string file;     ///< empty = none is written
+  std::string file;     ///< empty = none
   double rate_hz = 50;  ///< snapshots a second of simulated time, at most 1000
-  double from_s = 0;    ///< simulated time since the run's beginning, also over resets
+  double from_s = 0;    ///< simulated time since the run's beginning, resets included
   double to_s = std::numeric_limits<double>::infinity();
 };
 

@@ -18,7 +18,7 @@
 namespace aprsim::server::journal {
 namespace {
 
-/// For the models of a journal, gone with its last owner.
+/// A temporary directory for the models of a journal, removed with its last owner.
 std::shared_ptr<const std::string> model_directory() {
   std::string name = (std::filesystem::temp_directory_path() / "aprsim-replay-XXXXXX").string();
   if (mkdtemp(name.data()) == nullptr) name.clear();
@@ -102,10 +102,11 @@ Result<RecordedRun> RecordedRun::open(const std::vector<std::string>& places,
   here.set_version(version);
   run.cautions_ = journal::cautions(run.header_, here);
   if (!run.has_checkpoints()) {
-    run.cautions_.push_back(fmt::format(
-        "its checkpoints have layout {}, this program's {}: it is run from its start, and what "
-        "follows a loaded state cannot be",
-        run.header_.state_version(), world::kStateVersion));
+    run.cautions_.push_back(
+        fmt::format("its checkpoints have layout {}, this program has {}: it is replayed from its "
+                    "start, but not "
+                    "after a state was loaded",
+                    run.header_.state_version(), world::kStateVersion));
   }
   return run;
 }

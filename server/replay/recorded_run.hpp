@@ -14,12 +14,12 @@
 
 namespace aprsim::server::journal {
 
-/// A simulated time of a run, as people say it.
+/// A simulated time of a run, as the user gives it.
 struct RunMoment {
-  std::optional<std::uint64_t> epoch;  ///< absent = the first that is recorded
+  std::optional<std::uint64_t> epoch;  ///< absent = the first recorded one
   double seconds = 0;
 };
-/// "SECONDS" or "EPOCH:SECONDS". Errors: kInvalidArgument.
+/// Parses "SECONDS" or "EPOCH:SECONDS". Errors: kInvalidArgument.
 [[nodiscard]] Result<RunMoment> to_run_moment(const std::string& text);
 
 /// The files of one run, with its scene. Thread: one at a time.
@@ -33,20 +33,21 @@ class RecordedRun {
 
   [[nodiscard]] const v1::JournalHeader& header() const { return header_; }
   [[nodiscard]] const std::shared_ptr<const scene::Scene>& scene() const { return scene_; }
-  /// Why bits may differ, a sentence each.
+  /// Reasons why bits may differ, a sentence each.
   [[nodiscard]] const std::vector<std::string>& cautions() const { return cautions_; }
-  /// Whether this program reads its checkpoints.
+  /// Whether this program can read its checkpoints.
   [[nodiscard]] bool has_checkpoints() const;
 
-  /// Calls `take` with each record in its order until it returns false or an error. Returns why a
-  /// journal ends early; empty = none does. Errors: of a file, or of `take` with the file's name.
+  /// Calls `take` for each record in order until it returns false or an error. Returns the reason
+  /// why a journal ends early, empty if none does. Errors: of a file, or of `take` with the file's
+  /// name.
   using Take = std::function<Result<bool>(const v1::JournalRecord&)>;
   [[nodiscard]] Result<std::string> each(const Take& take) const;
 
-  /// Where a moment is. Errors: kInvalidArgument for an epoch that is not recorded.
+  /// Epoch and step of a moment. Errors: kInvalidArgument for an epoch that is not recorded.
   [[nodiscard]] Result<world::RunTime> time_of(const RunMoment& moment) const;
-  /// Number of the record with the last checkpoint at or before a time, among all of them; 0 = the
-  /// first record, where there is none.
+  /// Number of the record with the last checkpoint at or before a time; 0, the first record, where
+  /// there is none.
   [[nodiscard]] Result<std::uint64_t> checkpoint_before(world::RunTime time) const;
 
  private:
@@ -54,12 +55,12 @@ class RecordedRun {
 
   std::vector<std::string> files_;
   v1::JournalHeader header_;
-  std::shared_ptr<const std::string> models_;  ///< directory; gone with it
+  std::shared_ptr<const std::string> models_;  ///< their directory, removed with it
   std::shared_ptr<const scene::Scene> scene_;
   std::vector<std::string> cautions_;
 };
 
-/// When a record was, as far as it says.
+/// The time of a record, if it has one.
 [[nodiscard]] std::optional<world::RunTime> time_of(const v1::JournalRecord& record);
 
 }  // namespace aprsim::server::journal

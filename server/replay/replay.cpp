@@ -25,7 +25,7 @@ tl::unexpected<Error> damaged(std::string message) {
   return fail(ErrorCode::kInvalidArgument, "journal", std::move(message));
 }
 
-/// Place where two lists of numbers differ most, and by how much.
+/// Index and size of the largest difference of two lists of numbers.
 struct Worst {
   std::size_t place = 0;
   double by = 0;
@@ -64,13 +64,14 @@ std::string explain(const v1::JournalState& recorded, const world::StateSample& 
   if (const double by = std::abs(recorded.belt_travel_m() - here.belt_travel_m); by != 0) {
     parts.push_back(fmt::format("the belt by {:.3g} m", by));
   }
-  if (parts.empty()) return "no joint, body or belt is elsewhere, but velocities or turns differ";
+  if (parts.empty())
+    return "joints, bodies and belt are at the same places, but velocities or orientations differ";
   std::string text;
   for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
   return "most of all " + text;
 }
 
-/// Every byte that decides what follows: a replay watches no events.
+/// The bytes of a state that determine the run; those of event detection do not.
 std::string bytes_of(world::WorldState state) {
   state.apart.clear();
   return world::to_bytes(state);
@@ -84,7 +85,7 @@ Replay::Replay(const v1::JournalHeader& header, std::shared_ptr<const scene::Sce
       world_(std::make_unique<world::World>(scenes_.of_header(), scenes_.models(), header.seed(),
                                             std::span<robot::PlanPrefetcher* const>())) {}
 
-Result<bool> Replay::take(const v1::JournalRecord& record) {
+Result<bool> Replay::process(const v1::JournalRecord& record) {
   if (result_.difference || over_) return false;
   Result<void> done;
   switch (record.record_case()) {
@@ -109,10 +110,10 @@ Result<bool> Replay::take(const v1::JournalRecord& record) {
       break;
     case v1::JournalRecord::kEvent:
       if (record.event().kind() == v1::CELL_EVENT_KIND_WORLD_STOPPED) stopped_ = true;
-      tell({record.event().epoch(), record.event().step()});
+      extend_to({record.event().epoch(), record.event().step()});
       break;
     case v1::JournalRecord::kWire:
-      tell({record.wire().time().epoch(), record.wire().time().step()});
+      extend_to({record.wire().time().epoch(), record.wire().time().step()});
       break;
     default:
       break;
@@ -121,17 +122,18 @@ Result<bool> Replay::take(const v1::JournalRecord& record) {
   return !result_.difference && !over_;
 }
 
-void Replay::tell(world::RunTime time) {
-  const bool later = time.epoch == told_.epoch ? time.step > told_.step : time.epoch > told_.epoch;
-  if (later) told_ = time;
+void Replay::extend_to(world::RunTime time) {
+  const bool later = time.epoch == last_reported_.epoch ? time.step > last_reported_.step
+                                                        : time.epoch > last_reported_.epoch;
+  if (later) last_reported_ = time;
 }
 
 Result<void> Replay::finish() {
-  const bool further = told_.epoch == epoch_ && told_.step > world_->step_count();
+  const bool further = last_reported_.epoch == epoch_ && last_reported_.step > world_->step_count();
   if (!further || lost_ || stopped_ || over_ || result_.difference) return {};
   v1::JournalTime time;
-  time.set_epoch(told_.epoch);
-  time.set_step(told_.step);
+  time.set_epoch(last_reported_.epoch);
+  time.set_step(last_reported_.step);
   return advance(time);
 }
 
@@ -140,7 +142,7 @@ Result<void> Replay::advance(const v1::JournalTime& time) {
     return damaged(fmt::format("step {} of epoch {} comes after step {} of epoch {}", time.step(),
                                time.epoch(), world_->step_count(), epoch_));
   }
-  // Nothing comes after the end, whether there is a record at it or not.
+  // Records after the end are ignored, whether or not one is at the end.
   std::uint64_t goal = time.step();
   const bool ends = end_ && (epoch_ > end_->epoch || (epoch_ == end_->epoch && goal > end_->step));
   if (ends) goal = epoch_ == end_->epoch ? end_->step : 0;
@@ -148,11 +150,12 @@ Result<void> Replay::advance(const v1::JournalTime& time) {
     while (world_->step_count() < goal && !over_) {
       world_->step();
       ++result_.steps;
-      look();
+      notify_watch();
     }
     over_ = over_ || ends;
   } catch (const std::exception& failure) {
-    differs(fmt::format("the world stops here, as it did not then: {}", failure.what()));
+    differs(
+        fmt::format("the simulation stops here, but did not when recorded: {}", failure.what()));
   }
   return {};
 }
@@ -165,12 +168,16 @@ Result<void> Replay::begin(const v1::JournalEpoch& epoch) {
   if (lost_ || over_) return {};
   const auto scene = scenes_.scene_of(epoch);
   if (!scene) return tl::unexpected(scene.error());
-  build(*scene, epoch.seed());
-  look();
+  try {
+    build(*scene, epoch.seed());
+  } catch (const std::exception& failure) {
+    return damaged("the scene of an epoch cannot be built: " + std::string(failure.what()));
+  }
+  notify_watch();
   return {};
 }
 
-/// Whoever watches sees by its revision whether the cell's description is another one.
+/// The revision shows watchers whether the description of the cell has changed.
 void Replay::build(const std::shared_ptr<const scene::Scene>& scene, std::uint64_t seed) {
   const std::uint64_t revision = world_->description()->revision;
   const bool other = world_->scene() != scene;
@@ -197,11 +204,11 @@ Result<void> Replay::command(const v1::JournalCommand& message) {
   }
   if (failure.empty() != message.failure().empty()) {
     differs(fmt::format(
-        "command {} {} here and {} then", message.sequence(),
+        "command {} {} in the replay and {} when recorded", message.sequence(),
         failure.empty() ? "succeeds" : "fails (" + failure + ")",
         message.failure().empty() ? "succeeded" : "failed (" + message.failure() + ")"));
   }
-  look();
+  notify_watch();
   return {};
 }
 
@@ -225,10 +232,10 @@ Result<void> Replay::compare(const v1::JournalCheckpoint& checkpoint) {
   const std::string then = bytes_of(*std::move(recorded)), here = bytes_of(world_->save());
   if (then == here) return {};
   const auto first = std::ranges::mismatch(then, here).in1 - then.begin();
-  differs(
-      fmt::format("of the checkpoint's state, {} bytes then and {} here, byte {} is another one: "
-                  "no joint, body or belt is elsewhere, but what follows may be",
-                  then.size(), here.size(), first));
+  differs(fmt::format(
+      "the checkpoint's state (recorded {} bytes, replayed {}) differs at byte {}: joints, "
+      "bodies and belt are equal so far, but may deviate later",
+      then.size(), here.size(), first));
   return {};
 }
 
@@ -243,8 +250,8 @@ Result<void> Replay::checkpoint(const v1::JournalCheckpoint& checkpoint) {
   }
   if (state_version_ != world::kStateVersion) {
     return damaged(
-        fmt::format("its checkpoints are of layout {}, this program's of {}: it can be "
-                    "run again from its start only",
+        fmt::format("its checkpoints have layout {}, this program has {}: it can be replayed "
+                    "from its start only",
                     state_version_, world::kStateVersion));
   }
   auto state = scenes_.state_of(checkpoint);
@@ -257,11 +264,11 @@ Result<void> Replay::checkpoint(const v1::JournalCheckpoint& checkpoint) {
       world_->state_hash() != checkpoint.hash()) {
     differs("the checkpoint's state is not the one that was recorded");
   }
-  look();
+  notify_watch();
   return {};
 }
 
-void Replay::look() {
+void Replay::notify_watch() {
   if (watch_ && !watch_(*world_, {epoch_, world_->step_count()})) over_ = true;
 }
 
@@ -271,22 +278,25 @@ void Replay::differs(const std::string& what) {
 
 Result<scene::Scene> scene_of(const v1::JournalHeader& header, const std::string& directory) {
   namespace fs = std::filesystem;
+  // Nothing outside of the directory.
+  if (!scene::is_plain_name(header.scene())) {
+    return damaged("the scene's name '" + header.scene().substr(0, 64) + "' is not a plain name");
+  }
+  scene::KnownFiles known;
   for (const v1::JournalFile& model : header.models()) {
-    const fs::path name(model.name());
-    // Nothing outside of the directory.
-    if (name.empty() || name != name.filename() || name == ".." || name == ".") {
-      return damaged("the model '" + model.name() + "' is no plain file name");
+    if (!scene::is_plain_name(model.name())) {
+      return damaged("the model's name '" + model.name().substr(0, 64) + "' is not a plain name");
     }
-    std::ofstream file(fs::path(directory) / name, std::ios::binary);
+    const fs::path path = fs::path(directory) / model.name();
+    std::ofstream file(path, std::ios::binary);
     file << model.content();
     if (!file.flush()) {
-      return fail(ErrorCode::kUnavailable, "journal",
-                  (fs::path(directory) / name).string() + " cannot be written");
+      return fail(ErrorCode::kUnavailable, "journal", path.string() + " cannot be written");
     }
+    known.models.push_back(path.string());
   }
-  const scene::DataPaths paths{.scenes = directory, .models = directory};
   const std::string file = (fs::path(directory) / (header.scene() + ".yaml")).string();
-  return scene::read_scene(header.scene_text(), file, paths);
+  return scene::read_sent(header.scene_text(), file, scene::default_data_paths(), std::move(known));
 }
 
 std::vector<std::string> cautions(const v1::JournalHeader& header, const v1::JournalHeader& here) {
@@ -296,13 +306,13 @@ std::vector<std::string> cautions(const v1::JournalHeader& header, const v1::Jou
     all.push_back(fmt::format("{} was {} and is {} here: bits may differ", what, then, now));
   };
   differ("the program's version", header.version(), here.version());
-  // Journals of older programs do not tell.
+  // Journals of older programs lack it.
   const bool known = !header.world_sha256().empty();
   if (known && header.world_sha256() != here.world_sha256()) {
-    all.push_back(
-        fmt::format("it was built of other sources: those of the world had the digest {:.12} and "
-                    "have {:.12} here: robots, contacts and sensors may do otherwise",
-                    header.world_sha256(), here.world_sha256()));
+    all.push_back(fmt::format(
+        "it was recorded by other sources: their digest was {:.12} and is {:.12} here: robots, "
+        "contacts and sensors may behave differently",
+        header.world_sha256(), here.world_sha256()));
   }
   if (known) differ("its build", header.build(), here.build());
   differ("its compiler", header.compiler(), here.compiler());

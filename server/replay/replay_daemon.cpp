@@ -8,6 +8,7 @@
 #include "protocols/grpc/grpc_server.hpp"
 #include "protocols/web/web_server.hpp"
 #include "server/access/security_context.hpp"
+#include "server/config/memory_shares.hpp"
 #include "server/listeners/server_options.hpp"
 #include "server/replay/replay_source.hpp"
 #include "world/runtime/history/bookmark_generator.hpp"
@@ -16,26 +17,26 @@
 namespace aprsim::server {
 namespace {
 
-/// All of the run, as far as memory goes.
-world::HistoryLimits whole_run(const HistoryConfig& config) {
+/// The whole run, as far as memory allows.
+world::HistoryLimits whole_run(const Config& config) {
   world::HistoryLimits limits;
   limits.steps = std::numeric_limits<std::uint64_t>::max();
-  limits.bytes = std::uint64_t{config.max_mb} << 20U;
+  if (const auto shares = memory_shares(config)) limits.bytes = shares->history;
   return limits;
 }
 
 }  // namespace
 
-/// Listeners end before what they refer to.
+/// Listeners are declared last, so they are destroyed before what they refer to.
 class ReplayDaemon::Impl {
  public:
   Impl(const Config& config, const journal::RecordedRun& run, journal::ReplayPart part,
        std::optional<double> speed)
-      : records_(whole_run(config.history)),
+      : records_(whole_run(config)),
         source_(run, std::move(part), speed),
         security_(config, source_),
         history_(run.scene(), records_, bookmarks_, nullptr) {
-    const bool past = tell_history(run);
+    const bool past = fill_past(run);
     auto grpc = telemetry_options({config, security_});
     if (past) grpc.history = &history_;
     grpc.events = &source_.events();
@@ -77,14 +78,14 @@ class ReplayDaemon::Impl {
   [[nodiscard]] std::string problem() const { return source_.problem(); }
 
  private:
-  bool tell_history(const journal::RecordedRun& run) {
+  bool fill_past(const journal::RecordedRun& run) {
     if (!run.has_checkpoints()) {
-      spdlog::warn("replay: its checkpoints are of another layout: the past cannot be looked at");
+      spdlog::warn("replay: its checkpoints have another layout: the past cannot be queried");
       return false;
     }
     world::BookmarkGenerator bookmarks(bookmarks_);
-    if (const auto told = tell(run, records_, bookmarks); !told) {
-      spdlog::warn("replay: the past ends early: {}", told.error().message);
+    if (const auto filled = fill_history(run, records_, bookmarks); !filled) {
+      spdlog::warn("replay: the past ends early: {}", filled.error().message);
     }
     return true;
   }

@@ -9,8 +9,7 @@
 
 namespace aprsim::server {
 
-/// A recorded run that browsers and gRPC clients watch, with its whole past: telemetry and page,
-/// without anything that commands.
+/// Serves a recorded run and its past to browsers and gRPC clients, without commands.
 class ReplayDaemon {
  public:
   /// `run` outlives it. Throws std::runtime_error naming the cause.
@@ -23,6 +22,8 @@ class ReplayDaemon {
   /// Opens the listeners, then begins the replay. Errors name the listener, address and port.
   [[nodiscard]] Result<Ports> start();
   void stop();
+  /// Does nothing: a replay records no journal.
+  void finish_journal() {}
   /// As Daemon::reload().
   void reload();
   [[nodiscard]] std::string problem() const;

@@ -13,7 +13,7 @@ Result<ReplayResult> replay_run(const RecordedRun& run, const ReplayPart& part) 
   Replay replay(run.header(), run.scene());
   WireCheck wires(*run.scene(), part.scaling);
   replay.watch([&](const world::World& world, world::RunTime time) {
-    wires.look(world, time);
+    wires.observe(world, time);
     return !part.watch || part.watch(world, time);
   });
   if (part.to) {
@@ -33,10 +33,10 @@ Result<ReplayResult> replay_run(const RecordedRun& run, const ReplayPart& part) 
   }
   std::uint64_t number = 0;
   const auto damage = run.each([&](const v1::JournalRecord& record) -> Result<bool> {
-    if (part.hear) part.hear(record);
-    wires.hear(record, number >= first);
+    if (part.on_record) part.on_record(record);
+    wires.process(record, number >= first);
     if (number++ < first) return true;
-    return replay.take(record);
+    return replay.process(record);
   });
   if (!damage) return tl::unexpected(damage.error());
   if (auto done = replay.finish(); !done) return tl::unexpected(done.error());
@@ -61,21 +61,19 @@ std::string text_of(const RecordedRun& run, const ReplayResult& result) {
       result.commands, result.compared);
   for (const std::string& caution : run.cautions()) text += "caution: " + caution + '\n';
   if (result.missing > 0) {
-    text +=
-        fmt::format("{} records are missing in gaps that the journal tells of\n", result.missing);
+    text += fmt::format("{} records are missing in gaps of the journal\n", result.missing);
   }
   if (result.gaps > 0) {
     text += fmt::format(
-        "{} of these gaps lack commands: gone on from the checkpoint behind each, where there is "
+        "{} of these gaps lack commands: continued at the checkpoint after each, where there is "
         "one\n",
         result.gaps);
   }
   if (!result.damage.empty()) text += "the journal ends early: " + result.damage + '\n';
   if (result.replies > 0) {
     text += fmt::format(
-        "{} replies compared: joints, poses and grippers in CRCL statuses, the registers that "
-        "Modbus "
-        "clients read, the lines of cameras\n",
+        "{} replies compared: joints, poses and grippers in CRCL statuses, registers read by "
+        "Modbus clients, lines of cameras\n",
         result.replies);
   }
   if (result.reply) text += "another reply " + text_of(*result.reply);
@@ -91,14 +89,14 @@ std::string json_of(const RecordedRun& run, const ReplayResult& result) {
                                 {"missing", result.missing},       {"damage", result.damage},
                                 {"same", result.same()},           {"difference", nullptr},
                                 {"replies", result.replies},       {"reply", nullptr}};
-  const auto tell = [&object](const char* key, const std::optional<Difference>& difference) {
+  const auto add = [&object](const char* key, const std::optional<Difference>& difference) {
     if (!difference) return;
     object[key] = {{"epoch", difference->time.epoch},
                    {"step", difference->time.step},
                    {"what", difference->what}};
   };
-  tell("difference", result.difference);
-  tell("reply", result.reply);
+  add("difference", result.difference);
+  add("reply", result.reply);
   return object.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n';
 }
 

@@ -10,27 +10,27 @@
 
 namespace aprsim::server::journal {
 
-/// How much of a run is to be run again, and who looks on.
+/// The part of a run to replay, and its observers.
 struct ReplayPart {
-  std::optional<RunMoment> from;  ///< begins at the last checkpoint before it
-  std::optional<RunMoment> to;    ///< ends there
+  std::optional<RunMoment> from;  ///< begin at the last checkpoint before it
+  std::optional<RunMoment> to;    ///< end there
   /// Scaling of the recorded run's belt; absent = replies to Modbus clients are not compared.
   std::optional<modbus::ConveyorScaling> scaling = {};
   Replay::Watch watch = {};
-  /// Called with each record, those before `from` included, before it is run.
-  std::function<void(const v1::JournalRecord&)> hear = {};
+  /// Called with each record before it is replayed, also with those before `from`.
+  std::function<void(const v1::JournalRecord&)> on_record = {};
 };
 
-/// Runs a recorded run again and compares its states and what listeners answered. Errors:
-/// kInvalidArgument for a moment that is not recorded, and for a record that cannot be, with the
-/// file; kNotFound, kUnavailable. Thread: any.
+/// Replays a recorded run and compares its states and the replies of listeners. Errors:
+/// kInvalidArgument for a moment that is not recorded, or with the file for an impossible record;
+/// kNotFound, kUnavailable. Thread: any.
 [[nodiscard]] Result<ReplayResult> replay_run(const RecordedRun& run, const ReplayPart& part);
 
-/// Where, and what is another than then, on a line.
+/// A line with place and content of a difference.
 [[nodiscard]] std::string text_of(const Difference& difference);
-/// In words: what was run, and where it first differs.
+/// The result of a replay as text: what was replayed, and where it first differs.
 [[nodiscard]] std::string text_of(const RecordedRun& run, const ReplayResult& result);
-/// The same as one JSON object.
+/// The result as a JSON object.
 [[nodiscard]] std::string json_of(const RecordedRun& run, const ReplayResult& result);
 
 }  // namespace aprsim::server::journal

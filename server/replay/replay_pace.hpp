@@ -7,14 +7,13 @@
 
 namespace aprsim::server::journal {
 
-/// When the steps of a replay are due on the wall clock. Thread: one.
+/// Times of the steps of a replay on the wall clock. Thread: one.
 class ReplayPace {
  public:
   /// Ratio of simulated to wall time; absent = as fast as possible.
   explicit ReplayPace(std::optional<double> speed) : speed_(speed) {}
 
-  /// Wall time of an instant of the replay's watch; time that the machine loses is not caught up
-  /// with.
+  /// Wall time of an instant of the replay; lost time is not caught up.
   [[nodiscard]] std::chrono::steady_clock::time_point due(const world::World& world,
                                                           world::RunTime time);
 

@@ -11,7 +11,7 @@
 namespace aprsim::server {
 namespace {
 
-/// As it was told; null for what this program does not know.
+/// Converts an event of the journal; null for an unknown kind.
 std::shared_ptr<api::CellEvent> event_of(const v1::CellEvent& message) {
   const int kind = static_cast<int>(message.kind()) - 1;
   if (kind < 0 || kind >= api::kCellEventKinds) return nullptr;
@@ -34,7 +34,7 @@ std::shared_ptr<api::CellEvent> event_of(const v1::CellEvent& message) {
 ReplaySource::ReplaySource(const journal::RecordedRun& run, journal::ReplayPart part,
                            std::optional<double> speed)
     : run_(run), part_(std::move(part)), speed_(speed), pace_(speed) {
-  // Listeners look at the cell before its first step.
+  // Listeners query the cell before its first step.
   const world::World world(run_.scene(), run_.header().seed());
   publish(world, 0);
 }
@@ -52,7 +52,7 @@ void ReplaySource::stop() {
 
 std::string ReplaySource::refusal() const {
   return fmt::format(
-      "This is the recorded run {}, run again: it can be looked at, and takes no "
+      "This is a replay of the recorded run {}: it can be watched, and accepts no "
       "commands.",
       run_.header().run_id());
 }
@@ -70,23 +70,23 @@ void ReplaySource::run(const std::stop_token& stop) {
   part_.watch = [this, &stop](const world::World& world, world::RunTime time) {
     return show(world, time, stop);
   };
-  part_.hear = [this](const v1::JournalRecord& record) { hear(record); };
+  part_.on_record = [this](const v1::JournalRecord& record) { on_record(record); };
   const auto result = journal::replay_run(run_, part_);
   if (stop.stop_requested()) return;
   if (!part_.to) {
     taps_.finish();
-    tell_events({});
+    publish_events({});
   }
   std::string problem;
   if (!result) {
     problem = result.error().message;
   } else if (!result->same()) {
-    problem = std::string(result->difference ? "the run differs " : "another reply ") +
+    problem = std::string(result->difference ? "the replay differs " : "another reply ") +
               journal::text_of(result->difference ? *result->difference : *result->reply);
-    problem.pop_back();  // the line's end
+    problem.pop_back();  // line end
   } else {
-    spdlog::info("replay: at its end, {} states and {} replies compared, all the same",
-                 result->compared, result->replies);
+    spdlog::info("replay: complete; {} states and {} replies compared, all equal", result->compared,
+                 result->replies);
   }
   if (!problem.empty()) spdlog::error("replay: {}", problem);
   {
@@ -110,12 +110,12 @@ bool ReplaySource::show(const world::World& world, world::RunTime time,
   measure(time.step);
   publish(world, time.epoch);
   taps_.reach(time);
-  tell_events(time);
+  publish_events(time);
   return !stop.stop_requested();
 }
 
-void ReplaySource::hear(const v1::JournalRecord& record) {
-  taps_.hear(record);
+void ReplaySource::on_record(const v1::JournalRecord& record) {
+  taps_.add(record);
   if (!record.has_event()) return;
   auto event = event_of(record.event());
   if (!event) return;
@@ -126,7 +126,7 @@ void ReplaySource::hear(const v1::JournalRecord& record) {
   coming_.push_back(std::move(event));
 }
 
-void ReplaySource::tell_events(std::optional<world::RunTime> until) {
+void ReplaySource::publish_events(std::optional<world::RunTime> until) {
   std::vector<api::CellEventPtr> reached;
   for (; !coming_.empty(); coming_.pop_front()) {
     const api::CellEvent& next = *coming_.front();
@@ -159,8 +159,8 @@ void ReplaySource::publish(const world::World& world, std::uint64_t epoch) {
   slot_.publish(std::move(snapshot));
 }
 
-Result<void> tell(const journal::RecordedRun& run, world::HistoryRecords& history,
-                  world::Recorder& bookmarks) {
+Result<void> fill_history(const journal::RecordedRun& run, world::HistoryRecords& history,
+                          world::Recorder& bookmarks) {
   journal::RecordedScenes scenes(run.scene());
   bool lost = true;  // until the next checkpoint
   const auto read = run.each([&](const v1::JournalRecord& record) -> Result<bool> {

@@ -21,8 +21,8 @@
 
 namespace aprsim::server {
 
-/// A recorded run that is run again at a pace, as the cell that listeners serve. It takes no
-/// commands; when it has ended, its last state stays to be looked at.
+/// Replays a recorded run at a pace, as the cell that listeners serve. It accepts no commands;
+/// after its end the last state remains visible.
 class ReplaySource final : public api::CommandSink, public api::SnapshotSource {
  public:
   /// `speed`: ratio of simulated to wall time; absent = as fast as possible. Throws
@@ -36,7 +36,7 @@ class ReplaySource final : public api::CommandSink, public api::SnapshotSource {
   void start();
   void stop();
 
-  /// Why nobody may command, for those who try.
+  /// The reason why commands are refused.
   [[nodiscard]] std::string refusal() const;
 
   [[nodiscard]] Result<api::Ticket> submit(api::Command command) override;
@@ -45,36 +45,36 @@ class ReplaySource final : public api::CommandSink, public api::SnapshotSource {
       const api::SnapshotPtr& seen, std::chrono::steady_clock::time_point deadline) const override {
     return slot_.wait_newer(seen, deadline);
   }
-  /// Where the run is not as it was recorded.
+  /// The first difference from the recording.
   [[nodiscard]] std::string problem() const override;
-  /// Traffic of the run's wires, as far as it has been run.
+  /// Traffic of the run's wires up to the present step.
   [[nodiscard]] ReplayTaps& taps() { return taps_; }
-  /// Events of the cell, the same.
+  /// Events of the cell up to the present step.
   [[nodiscard]] const api::EventSource& events() const { return events_; }
 
  private:
   using SteadyClock = std::chrono::steady_clock;
   void run(const std::stop_token& stop);
-  /// Publishes, and waits for the time of the next step. False when told to stop.
+  /// Publishes and waits for the time of the next step. False when stopped.
   bool show(const world::World& world, world::RunTime time, const std::stop_token& stop);
   void publish(const world::World& world, std::uint64_t epoch);
   void measure(std::uint64_t step);
-  void hear(const v1::JournalRecord& record);
-  /// Events up to this time; all that have been heard of where there is none.
-  void tell_events(std::optional<world::RunTime> until);
+  void on_record(const v1::JournalRecord& record);
+  /// Publishes the events up to this time, or all.
+  void publish_events(std::optional<world::RunTime> until);
 
   const journal::RecordedRun& run_;
   journal::ReplayPart part_;
   const std::optional<double> speed_;
   world::SnapshotSlot slot_;
-  journal::ReplayPace pace_;  ///< the thread's own, as the measure of its real pace
+  journal::ReplayPace pace_;  ///< of the thread, also for measuring its pace
   std::uint64_t steps_ = 0, last_step_ = 0;
   SteadyClock::time_point since_{};
   double real_time_factor_ = 0;           ///< over the last second
   ReplayTaps taps_{*this};                ///< filled by the thread
-  world::EventLog events_;                ///< the same
-  std::deque<api::CellEventPtr> coming_;  ///< the thread's own
-  std::uint64_t last_event_ = 0;          ///< number of the last of them; the thread's own
+  world::EventLog events_;                ///< filled by the thread
+  std::deque<api::CellEventPtr> coming_;  ///< of the thread
+  std::uint64_t last_event_ = 0;          ///< number of the latest event; of the thread
 
   mutable std::mutex mutex_;
   std::condition_variable_any pause_;
@@ -82,9 +82,9 @@ class ReplaySource final : public api::CommandSink, public api::SnapshotSource {
   std::jthread thread_;  // ends first
 };
 
-/// Tells a history, and who sets its bookmarks, all that a run has recorded. Errors: as of its
-/// files; of a state of another layout.
-[[nodiscard]] Result<void> tell(const journal::RecordedRun& run, world::HistoryRecords& history,
-                                world::Recorder& bookmarks);
+/// Fills a history and its bookmarks with a recorded run. Errors: of its files; a state of another
+/// layout.
+[[nodiscard]] Result<void> fill_history(const journal::RecordedRun& run,
+                                        world::HistoryRecords& history, world::Recorder& bookmarks);
 
 }  // namespace aprsim::server

@@ -13,7 +13,7 @@
 namespace aprsim::server {
 namespace {
 
-/// More than a second's; beyond, a run that stands still for long shows them early.
+/// More records than a second has; beyond that, records of a paused run are shown early.
 constexpr std::size_t kMostWaiting = 20'000;
 
 bool has(const std::string& document, const char* word) {
@@ -30,13 +30,13 @@ void ReplayTaps::Clock::set(const v1::JournalWire& wire) {
   now_ = std::move(now);
 }
 
-void ReplayTaps::hear(const v1::JournalRecord& record) {
+void ReplayTaps::add(const v1::JournalRecord& record) {
   if (!record.has_wire()) return;
   const auto content = record.wire().content();
   if (content != v1::WIRE_CONTENT_RECEIVED && content != v1::WIRE_CONTENT_SENT) return;
   waiting_.push_back(record);
   if (waiting_.size() <= kMostWaiting) return;
-  tell(waiting_.front());
+  show(waiting_.front());
   waiting_.pop_front();
 }
 
@@ -44,16 +44,16 @@ void ReplayTaps::reach(world::RunTime time) {
   while (!waiting_.empty()) {
     const v1::JournalTime& at = waiting_.front().wire().time();
     if (at.epoch() > time.epoch || (at.epoch() == time.epoch && at.step() > time.step)) return;
-    tell(waiting_.front());
+    show(waiting_.front());
     waiting_.pop_front();
   }
 }
 
 void ReplayTaps::finish() {
-  for (; !waiting_.empty(); waiting_.pop_front()) tell(waiting_.front());
+  for (; !waiting_.empty(); waiting_.pop_front()) show(waiting_.front());
 }
 
-void ReplayTaps::tell(const v1::JournalRecord& record) {
+void ReplayTaps::show(const v1::JournalRecord& record) {
   const v1::JournalWire& wire = record.wire();
   clock_.set(wire);
   const auto wall = std::chrono::seconds(record.wall_time().seconds()) +
@@ -66,17 +66,17 @@ void ReplayTaps::tell(const v1::JournalRecord& record) {
           std::chrono::duration_cast<std::chrono::system_clock::duration>(wall))};
   switch (wire.kind()) {
     case v1::WIRE_KIND_CRCL:
-      return tell_crcl(wire, std::move(event));
+      return show_crcl(wire, std::move(event));
     case v1::WIRE_KIND_MODBUS:
-      return tell_modbus(wire, std::move(event));
+      return show_modbus(wire, std::move(event));
     case v1::WIRE_KIND_WEB:
-      return tell_page(wire, std::move(event));
+      return show_page(wire, std::move(event));
     default:
       return;
   }
 }
 
-void ReplayTaps::tell_crcl(const v1::JournalWire& wire, protocols::WireEvent event) {
+void ReplayTaps::show_crcl(const v1::JournalWire& wire, protocols::WireEvent event) {
   const std::string& document = wire.data();
   event.data = document;
   if (!event.from_client) {
@@ -88,7 +88,7 @@ void ReplayTaps::tell_crcl(const v1::JournalWire& wire, protocols::WireEvent eve
     if (!status) return;
     event.id = status->command.command_id;
     event.state = std::string(crcl::name_of(status->command.state));
-    // The first status that tells the end of a command stands with the commands, without its
+    // The first status that reports the end of a command is listed with the commands, without its
     // document.
     if (ends) {
       ended_[event.source] = true;
@@ -116,17 +116,17 @@ void ReplayTaps::tell_crcl(const v1::JournalWire& wire, protocols::WireEvent eve
   crcl_.note(std::move(event));
 }
 
-void ReplayTaps::tell_modbus(const v1::JournalWire& wire, protocols::WireEvent event) {
+void ReplayTaps::show_modbus(const v1::JournalWire& wire, protocols::WireEvent event) {
   const std::string& unit = wire.data();
-  protocols::WireEvent told =
+  protocols::WireEvent shown =
       modbus_server::wire_event({reinterpret_cast<const std::uint8_t*>(unit.data()), unit.size()});
-  told.peer = std::move(event.peer);
-  told.from_client = event.from_client;
-  told.time = event.time;
-  modbus_.note(std::move(told));
+  shown.peer = std::move(event.peer);
+  shown.from_client = event.from_client;
+  shown.time = event.time;
+  modbus_.note(std::move(shown));
 }
 
-void ReplayTaps::tell_page(const v1::JournalWire& wire, protocols::WireEvent event) {
+void ReplayTaps::show_page(const v1::JournalWire& wire, protocols::WireEvent event) {
   v1::ViewerRequest request;
   if (!event.from_client || !request.ParseFromString(wire.data())) return;
   event.source = "page";

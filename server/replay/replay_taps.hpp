@@ -11,25 +11,25 @@
 
 namespace aprsim::server {
 
-/// The taps of a recorded run's wires: what went over them, as the listeners' taps had it. Thread:
-/// one at a time, but for the taps' own.
+/// The taps of a recorded run's wires, filled as the listeners' taps were. Thread: one at a time;
+/// the taps any.
 class ReplayTaps {
  public:
-  /// `cell` gives names to what pages asked for; it outlives this.
+  /// `cell` provides names for requests of pages; it outlives this.
   explicit ReplayTaps(const api::SnapshotSource& cell) : cell_(cell) {}
 
-  /// A record of a wire; it is shown once the run has come to its time.
-  void hear(const v1::JournalRecord& record);
-  /// The run has come to this time.
+  /// Adds a record of a wire, which is shown when the run reaches its time.
+  void add(const v1::JournalRecord& record);
+  /// The run has reached this time.
   void reach(world::RunTime time);
-  /// All that waits.
+  /// Shows all waiting records.
   void finish();
 
   [[nodiscard]] protocols::WireTap& crcl() { return crcl_; }
   [[nodiscard]] protocols::WireTap& modbus() { return modbus_; }
 
  private:
-  /// Stands at the time of the record that is told.
+  /// A snapshot source at the time of the shown record.
   class Clock final : public api::SnapshotSource {
    public:
     void set(const v1::JournalWire& wire);
@@ -45,16 +45,17 @@ class ReplayTaps {
     api::SnapshotPtr now_ = std::make_shared<const api::Snapshot>();
   };
 
-  void tell(const v1::JournalRecord& record);
-  void tell_crcl(const v1::JournalWire& wire, protocols::WireEvent event);
-  void tell_modbus(const v1::JournalWire& wire, protocols::WireEvent event);
-  void tell_page(const v1::JournalWire& wire, protocols::WireEvent event);
+  void show(const v1::JournalRecord& record);
+  void show_crcl(const v1::JournalWire& wire, protocols::WireEvent event);
+  void show_modbus(const v1::JournalWire& wire, protocols::WireEvent event);
+  void show_page(const v1::JournalWire& wire, protocols::WireEvent event);
 
   const api::SnapshotSource& cell_;
   Clock clock_;
   protocols::WireTap crcl_{clock_}, modbus_{clock_};
   std::deque<v1::JournalRecord> waiting_;
-  std::map<std::string, bool> ended_;  ///< by robot: whether its last command's end has been told
+  std::map<std::string, bool>
+      ended_;  ///< by robot: whether the end of its last command was reported
 };
 
 }  // namespace aprsim::server

@@ -6,7 +6,7 @@
 
 namespace aprsim::server::journal {
 
-void VisionLines::look(const api::Snapshot& snapshot) {
+void VisionLines::add(const api::Snapshot& snapshot) {
   cameras_.resize(snapshot.robots.size());
   for (std::size_t robot = 0; robot < cameras_.size(); ++robot) {
     Camera& camera = cameras_[robot];

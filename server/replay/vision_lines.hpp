@@ -11,22 +11,22 @@
 
 namespace aprsim::server::journal {
 
-/// The lines that cameras have given out in a run that is run again. Thread: one at a time.
+/// The lines that the cameras have sent in a replay. Thread: one at a time.
 class VisionLines {
  public:
-  void look(const api::Snapshot& snapshot);
-  /// Lines from before this moment are not known here.
+  void add(const api::Snapshot& snapshot);
+  /// Lines before this moment are unknown.
   void begin_late() { whole_ = false; }
 
-  /// Whether the robot's camera has given out this line by now.
+  /// Whether the robot's camera has sent this line.
   [[nodiscard]] bool has(std::size_t robot, const std::string& line) const;
-  /// Whether all lines of the run so far are here.
+  /// Whether all lines of the run so far are known.
   [[nodiscard]] bool whole() const { return whole_; }
 
  private:
   struct Camera {
     std::shared_ptr<const api::CellDescription> cell;  ///< of the latest line
-    std::uint64_t epoch = 0, frame = 0;                ///< the same
+    std::uint64_t epoch = 0, frame = 0;                ///< of the latest line
     std::unordered_set<std::size_t> lines;             ///< their digests
   };
 

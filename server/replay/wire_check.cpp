@@ -13,19 +13,19 @@ WireCheck::WireCheck(const scene::Scene& scene,
   for (std::size_t i = 0; i < scene.robots.size(); ++i) robots_[scene.robots[i].name] = i;
 }
 
-void WireCheck::hear(const v1::JournalRecord& record, bool runs) {
+void WireCheck::process(const v1::JournalRecord& record, bool runs) {
   if (difference_) return;
   if (record.has_wire()) {
-    hear(record.wire(), runs && !stopped_);
+    process(record.wire(), runs && !stopped_);
   } else if (record.has_gap() && record.gap().records() > 0) {
-    // Missing records may include requests, and openings of connections.
+    // Missing records may include requests and opened connections.
     connections_.clear();
     waiting_.clear();
     lines_.clear();
   } else if (record.has_epoch()) {
     stopped_ = false;
   } else if (record.has_event() && record.event().kind() == v1::CELL_EVENT_KIND_WORLD_STOPPED) {
-    stopped_ = true;  // a fault that listeners tell of, and that no replay has
+    stopped_ = true;  // listeners report this fault, a replay does not have it
   }
 }
 
@@ -45,7 +45,7 @@ WireCheck::Connection& WireCheck::connection_of(const v1::JournalWire& wire) {
   return *connection;
 }
 
-void WireCheck::hear(const v1::JournalWire& wire, bool runs) {
+void WireCheck::process(const v1::JournalWire& wire, bool runs) {
   const world::RunTime at{wire.time().epoch(), wire.time().step()};
   if (wire.content() == v1::WIRE_CONTENT_CLOSED) {
     connections_.erase(wire.connection());
@@ -67,18 +67,18 @@ void WireCheck::hear(const v1::JournalWire& wire, bool runs) {
   if (reply && runs) waiting_.push_back({*std::move(reply), connection.name});
 }
 
-void WireCheck::look(const world::World& world, world::RunTime time) {
+void WireCheck::observe(const world::World& world, world::RunTime time) {
   if (difference_) return;
   compare(false);
   world.write(now_);
   now_.epoch = time.epoch;
   if (!moments_.add(time, now_) && time.step > 0) vision_.begin_late();
-  vision_.look(now_);
+  vision_.add(now_);
 }
 
 void WireCheck::finish() { compare(true); }
 
-/// Compares the replies at moments that are over.
+/// Compares the replies of past moments.
 void WireCheck::compare(bool ended) {
   if (moments_.empty()) return;
   const auto over = [&](world::RunTime time) { return ended || time < moments_.now(); };
@@ -104,13 +104,14 @@ void WireCheck::compare(const Waiting& waiting) {
 void WireCheck::compare(const WaitingLine& line) {
   Connection& connection = *line.connection;
   const bool known = vision_.has(*connection.robot, line.line);
-  // A line may be an old one, from before what is run again.
+  // The line may be older than the beginning of the replay.
   const bool may_be_old = !vision_.whole() && !connection.known_line;
   const bool here = line.at <= moments_.now();
   if (known) connection.known_line = true;
   if (!here || (!known && may_be_old)) return;
   ++compared_;
-  if (!known) differs(line.at, connection.name, "a line that the camera does not give out");
+  if (!known)
+    differs(line.at, connection.name, "a line that the camera does not send in the replay");
 }
 
 void WireCheck::differs(world::RunTime time, const std::string& name, const std::string& what) {

@@ -21,24 +21,24 @@
 
 namespace aprsim::server::journal {
 
-/// Compares what listeners answered in a recorded run with what they would answer in the same run
-/// again, as far as the cell alone decides that: the joints, poses and grippers of CRCL statuses,
-/// the registers that Modbus clients read, the lines of cameras. Thread: one at a time.
+/// Compares the recorded replies of listeners with those of the replay, as far as the cell alone
+/// determines them: joints, poses and grippers of CRCL statuses, registers read by Modbus clients,
+/// lines of cameras. Thread: one at a time.
 class WireCheck {
  public:
-  /// `scaling`: of the recorded run's belt; absent = what Modbus clients read is not compared.
+  /// `scaling`: of the recorded run's belt; absent = Modbus replies are not compared.
   WireCheck(const scene::Scene& scene, const std::optional<modbus::ConveyorScaling>& scaling);
 
-  /// Every record in its order, before it is run, if it `runs` at all.
-  void hear(const v1::JournalRecord& record, bool runs);
+  /// Processes each record in order, before it is replayed; `runs`: whether it is.
+  void process(const v1::JournalRecord& record, bool runs);
   /// As Replay::Watch.
-  void look(const world::World& world, world::RunTime time);
-  /// The run is at its end.
+  void observe(const world::World& world, world::RunTime time);
+  /// Compares the rest at the end of the run.
   void finish();
 
-  /// Replies.
+  /// Number of compared replies.
   [[nodiscard]] std::uint64_t compared() const { return compared_; }
-  /// The first that is another one.
+  /// The first reply that differs.
   [[nodiscard]] const std::optional<Difference>& difference() const { return difference_; }
 
  private:
@@ -59,7 +59,7 @@ class WireCheck {
     std::string line;
   };
 
-  void hear(const v1::JournalWire& wire, bool runs);
+  void process(const v1::JournalWire& wire, bool runs);
   [[nodiscard]] Connection& connection_of(const v1::JournalWire& wire);
   void compare(bool ended);
   void compare(const Waiting& waiting);
@@ -71,7 +71,7 @@ class WireCheck {
   std::map<std::uint64_t, std::shared_ptr<Connection>> connections_;  ///< by number
   std::deque<Waiting> waiting_;
   std::deque<WaitingLine> lines_;
-  bool stopped_ = false;  ///< the recorded world has
+  bool stopped_ = false;  ///< the recorded simulation has stopped
   api::Snapshot now_;
   WireMoments moments_;
   VisionLines vision_;

@@ -3,7 +3,7 @@
 namespace aprsim::server::journal {
 
 bool WireMoments::add(world::RunTime time, const api::Snapshot& snapshot) {
-  // Whoever asked before a reset may be answered after it.
+  // A request before a reset may be answered after it.
   const bool follows = !empty() && (time.epoch == now().epoch
                                         ? time.step == now().step || time.step == now().step + 1
                                         : time.epoch == now().epoch + 1);

@@ -9,19 +9,19 @@
 
 namespace aprsim::server::journal {
 
-/// Snapshots that listeners could see in the latest steps of a replayed run: before and after the
+/// The snapshots that listeners could see in the latest steps of a replay: before and after the
 /// commands between two steps. Thread: one at a time.
 class WireMoments {
  public:
   static constexpr std::size_t kMost = 4000;
 
-  /// Every step and command, in their order. False = it does not follow the one before, if any, and
-  /// all before is forgotten.
+  /// Adds each step and command in order. False = it does not follow the one before; earlier ones
+  /// are then dropped.
   bool add(world::RunTime time, const api::Snapshot& snapshot);
 
   [[nodiscard]] bool empty() const { return moments_.empty(); }
   [[nodiscard]] world::RunTime now() const { return moments_.back().time; }
-  /// Whether every moment of this span is here.
+  /// Whether all moments of this span are known.
   [[nodiscard]] bool covers(world::RunTime from, world::RunTime to) const {
     return !empty() && moments_.front().time <= from && to <= now();
   }

@@ -10,13 +10,13 @@
 
 namespace aprsim::server::journal {
 
-/// Requests of one connection; what is more will get no reply.
+/// Limit of requests of one connection that wait for a reply.
 inline constexpr std::size_t kMostUnanswered = 1000;
 
-/// A recorded reply that can be worked out again: of one of the moments in a span.
+/// A recorded reply that can be recomputed for the moments in a span.
 struct WireReply {
   world::RunTime from, to;  ///< from the request to the reply
-  /// How it is another one than would be given at this moment.
+  /// Its deviation from the reply at a moment.
   std::function<Deviation(const api::Snapshot&)> deviation;
 };
 

@@ -40,7 +40,7 @@ def reader(connection, stop):
 
 
 def send_to_all(connections, data):
-    """What each takes at once."""
+    """The limits of simultaneous connections."""
     for connection in connections:
         try:
             connection.send(data)
@@ -122,7 +122,7 @@ def move_through(number, waypoints):
 
 @attack
 def nothing(_daemon, seconds):
-    """What the rest is compared with."""
+    """No attack, for comparison."""
     time.sleep(seconds)
 
 
@@ -221,7 +221,7 @@ ASKED = {
 
 
 def is_served(daemon, name, address):
-    """Whether a newcomer gets an answer."""
+    """Whether a new client gets an answer."""
     try:
         with socket.create_connection(("127.0.0.1", daemon.ports[name]), 5, (address, 0)) as client:
             client.sendall(ASKED[name.split(".")[0]])
@@ -231,16 +231,16 @@ def is_served(daemon, name, address):
 
 
 def expect_service(daemon, name, address="127.0.0.1"):
-    """That a newcomer is served, at the latest once the one before it is forgotten."""
+    """Checks that a new client is served, at the latest once the one before it is forgotten."""
     end = until(5)
     while not is_served(daemon, name, address):
         if time.monotonic() > end:
-            raise RuntimeError(f"{name} does not serve a newcomer from {address}")
+            raise RuntimeError(f"{name} does not serve a new client from {address}")
 
 
 def besiege(daemon, seconds, names, address, taken, hold):
     """Keeps so many connections open to each of these listeners, on each of which `hold` does its
-    worst every 50 ms, while newcomers come."""
+    worst every 50 ms, while new clients connect."""
     end = until(seconds)
     held = {name: [] for name in names}
     try:
@@ -282,7 +282,7 @@ def drips(connection, name):
 
 
 def asks(connection, name):
-    """What anybody may ask, again and again."""
+    """Repeats requests that need no role."""
     try:
         connection.send(ASKED[name.split(".")[0]])
     except OSError:
@@ -292,7 +292,7 @@ def asks(connection, name):
 
 @attack
 def places_taken_by_the_idle(daemon, seconds):
-    """From the newcomers' own address."""
+    """From the address of the new clients."""
     besiege(daemon, seconds, NEWCOMERS, "127.0.0.1", 140, says_nothing)
 
 
@@ -303,7 +303,7 @@ def places_taken_by_those_who_never_finish(daemon, seconds):
 
 @attack
 def places_taken_by_the_busy(daemon, seconds):
-    """From one address; the newcomers come from another."""
+    """From one address; the new clients come from another."""
     names = [*NEWCOMERS, "vision.fanuc", "vision.motoman"]
     besiege(daemon, seconds, names, "127.0.0.2", 140, asks)
 
@@ -444,7 +444,7 @@ def blanks_after_an_end_tag(daemon, seconds):
 
 @attack
 def a_web_page(daemon, seconds):
-    """What a page can make its reader's browser send to every port."""
+    """Requests that a web page can make a browser send to any port."""
     end = until(seconds)
     body = document("StopMotion", 1, "<StopCondition>Fast</StopCondition>")
     request = b"POST / HTTP/1.1\r\nContent-Length: %d\r\n\r\n" % len(body) + body

@@ -189,7 +189,7 @@ class Daemon:
             return int(re.search(field + r":\s+(\d+)", file.read()).group(1)) / 1024
 
     def status(self):
-        """What `aprsim status` says: its exit code and text."""
+        """Returns exit code and text of `aprsim status`."""
         done = subprocess.run(
             [os.path.join(self.binaries, "aprsim"), "--ports-file", self.ports_file, "status"],
             capture_output=True,
@@ -315,7 +315,7 @@ class Observer:
 
 
 def percentile(values, share):
-    """Of a list; nothing when it is empty."""
+    """The value at a share of the sorted list; None when it is empty."""
     if not values:
         return None
     ordered = sorted(values)

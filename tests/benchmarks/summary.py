@@ -80,7 +80,7 @@ def figure_lines(values):
                f"{number(figure.get('aim'))} | {number(value)} | {figure['unit']} | {stand} |")
     if remarks:
         yield ""
-        yield "What was tried where a figure was not reached:"
+        yield "Attempts on the figures that were not reached:"
         yield ""
         yield from remarks
 

@@ -1,5 +1,5 @@
-"""What sessions with NIST's controllers are made of: drivers of the controllers, the daemon with all that goes over its
-wires, the framework in its settings, and where the gears are."""
+"""Parts of sessions with NIST's controllers: drivers of the controllers, the daemon with a tap on its wires, the
+framework with its settings, and the positions of the gears."""
 
 import contextlib
 import json
@@ -26,7 +26,7 @@ import tap  # noqa: E402
 
 
 class Failure(Exception):
-    """What a session expected and did not get."""
+    """An expectation of a session that was not met."""
 
 
 class Driver:
@@ -66,8 +66,8 @@ class Driver:
         self.process.stdin.flush()
 
     def expect(self, start, seconds, meanwhile=None):
-        """The next answer that begins so; those before are passed over. What is called `meanwhile` is called about every
-        second. A busy machine gets more time by APRSIM_PATIENCE, a factor."""
+        """The next answer with this beginning; earlier ones are skipped. `meanwhile` is called about every second. The
+        factor APRSIM_PATIENCE extends the time on a busy machine."""
         seconds *= running_cell.PATIENCE
         deadline = time.monotonic() + seconds
         while True:
@@ -85,7 +85,7 @@ class Driver:
                 return answer[len(start):].strip()
 
     def call(self, *words, seconds=60):
-        """The answer to a command that is done."""
+        """Sends a command and returns its answer."""
         self.send(*words)
         got = self.expect(words[0], seconds)
         if got.startswith("failed"):
@@ -98,7 +98,7 @@ class Driver:
             raise Failure(f"{' '.join(map(str, words))}: {got}")
 
     def ended(self, what, seconds=300, meanwhile=None):
-        """Waits for the end of what was started; fails when it did not end well."""
+        """Waits for the end of a started command; fails if it did not succeed."""
         got = self.expect(f"{what} ended", seconds, meanwhile)
         if not got.startswith("true"):
             raise Failure(got)
@@ -115,8 +115,8 @@ class Driver:
 
 
 class Setup:
-    """Shared by sessions: the framework's folder and the class path. Of each session: its folder, its
-    cell, its edits, and the resources to close after it."""
+    """The framework's folder and the class path of all sessions; the folder, the cell, the edits and the open resources
+    of the present session."""
 
     def __init__(self, framework, classpath):
         self.framework = pathlib.Path(framework).resolve()
@@ -151,7 +151,7 @@ class Cell:
         return running_cell.snapshot(self.daemon)
 
     def require_sound(self):
-        """That nothing fell, no robot has stopped, and physics has no fault to tell."""
+        """Fails if anything fell, a robot has stopped, or physics has reported a fault."""
         state = self.state()
         before = {body["name"]: _mm(body["body_in_world"]) for body in self.began["bodies"]}
         wrong = [f"{robot['name']}: protective stop" for robot in state["robots"] if robot["protective_stop"]]
@@ -164,8 +164,8 @@ class Cell:
             raise Failure("; ".join(wrong))
 
     def keep(self, session):
-        """What record.py needs, besides the exchange, in the session's folder: how the daemon was
-        started, and where tools, moved gears and belt are now."""
+        """Writes the input of record.py into the session's folder: the exchange, the daemon's options, and the positions of
+        tools, moved gears and belt."""
         state = self.state()
         before = {body["name"]: body for body in self.began["bodies"]}
         end = {
@@ -184,7 +184,7 @@ class Cell:
         tap.save(self.tap, self.setup.folder / "exchange.jsonl")
 
     def slowest_pace(self):
-        """The least share of its pace that the daemon has told of, or None: the machine was too busy for it."""
+        """The least share of the requested pace in the daemon's log; None if it kept the pace."""
         paces = re.findall(r"the pace is ([0-9.]+) instead of ([0-9.]+)", self.daemon.log_text())
         return min((float(pace) / float(wanted) for pace, wanted in paces), default=None)
 
@@ -206,8 +206,7 @@ PHYSICAL = "fanuc_motoman_multi_system_settings"
 
 
 def framework_home(setup, ports):
-    """A copy of the framework's settings that points its clients at these ports. Nothing else of
-    them is changed."""
+    """A copy of the framework's settings that points its clients at these ports. Nothing else is changed."""
     home = setup.folder / "home"
     for name in ("example_settings", "example_pddl", "netbeans_run_user_home", "linux_netbeans_run_user_home",
                  "CRCLPrograms"):
@@ -232,18 +231,14 @@ def framework_home(setup, ports):
 
 
 def _set(path, changes):
-    """Changes the values of keys of a properties file, where it has them."""
-    text = path.read_text(encoding="utf-8", errors="surrogateescape")
-    lines = text.splitlines(keepends=True)
+    """Changes the values of keys of a properties file, where it has them. All other bytes stay."""
+    lines = path.read_bytes().splitlines(keepends=True)
     for i, line in enumerate(lines):
-        key, equals, value = line.partition("=")
-        ending = line[len(line.rstrip("\r\n")):]
-        if equals and key in changes:
-            lines[i] = f"{key}={changes[key]}{ending}"
-        elif equals and key == "sysQueriesDir":
-            # Written on Windows; and of the folder for Linux the one that has the same files.
-            lines[i] = f"{key}={value}".replace("\\\\", "/").replace("linux_netbeans", "netbeans")
-    path.write_text("".join(lines), encoding="utf-8", errors="surrogateescape")
+        key, equals, _ = line.partition(b"=")
+        ending = line[len(line.rstrip(b"\r\n")):]
+        if equals and key.decode("latin-1") in changes:
+            lines[i] = key + b"=" + changes[key.decode("latin-1")].encode() + ending
+    path.write_bytes(b"".join(lines))
 
 
 SYSTEMS = {
@@ -254,7 +249,7 @@ SYSTEMS = {
 }
 
 
-# Where the tools of aprs_lab lie when the physical settings were saved: see protocols/CONTROLLERS.md.
+# Places of the tools of aprs_lab in the saved physical settings: see protocols/CONTROLLERS.md.
 AS_SAVED = (
     ("    bar_m: [0.03, 0.1, 0.02]\n    tool: small_vacuum\n", "    bar_m: [0.03, 0.1, 0.02]\n"),
     ("    bars_yaw_deg: -127.28\n", "    bars_yaw_deg: -127.28\n    tool: big_gripper\n"),
@@ -263,7 +258,7 @@ AS_SAVED = (
 
 
 def lab_with_tools_as_saved(folder):
-    """A copy of the scene aprs_lab in which the Motoman has the vacuum cup on it."""
+    """A copy of the scene aprs_lab with the vacuum cup on the Motoman."""
     scenes = ROOT / "world" / "scenes"
     text = (scenes / "aprs_lab.yaml").read_text(encoding="utf-8")
     for old, new in AS_SAVED:
@@ -296,7 +291,7 @@ class Framework:
         self.open()
 
     def open(self):
-        # Alone: with no supervisor that would clear the way to the tools' holders.
+        # Standalone: without a supervisor that clears the way to the tools' holders.
         self.driver = Driver("aprsim.FrameworkDriver", self.setup, {"aprs.standalone": "true"},
                              self.home / "netbeans_run_user_home")
         self.driver.call("open", self.file, seconds=120)
@@ -324,7 +319,7 @@ KITTING_CELL = kitting_cell.read_cell("aprs")
 
 
 class Gears:
-    """Where gears are: {(tray, slot): (type, distance from the slot's centre [mm])}."""
+    """The gears in the kits: {(tray, slot): (type, distance from the slot's centre [mm])}."""
 
     def __init__(self, cell):
         self.kits = {
@@ -334,7 +329,7 @@ class Gears:
         }
 
     def require(self, number):
-        """That so many of the kits' slots have a gear of their type, and no other has one."""
+        """Fails unless this number of the kits' slots has a gear of their type, and the others are empty."""
         wrong, right = [], 0
         for (tray, slot), found in self.kits.items():
             if found is None:

@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
-"""Makes a recording for test_recordings.py of what a session of
-tests/clients/run kept: what the client sent, chunk by chunk, and what of the daemon's answers the
-client waited for.
+"""Makes a recording for test_recordings.py from a session that tests/clients/run kept: the client's input, chunk by
+chunk, and the answers of the daemon that the client waited for.
 
 usage: tests/clients/record.py KEPT_FOLDER > tests/clients/recordings/NAME.txt"""
 
@@ -13,7 +12,7 @@ import sys
 ENDS = ("CRCL_Done", "CRCL_Error")
 
 
-# What every document of NIST's Java clients has.
+# Common parts of all documents of NIST's Java clients.
 PHRASES = {
     "B": '<?xml version="1.0" encoding="UTF-8" standalone="yes"?><CRCLCommandInstance><CRCLCommand xsi:type="',
     "I": 'Type" xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"><CommandID>',
@@ -79,7 +78,7 @@ class Recorder:
         for text in whole:
             state = (field("CommandID", text), field("CommandState", text))
             if state != self.state.get(number) and state[1] in ENDS:
-                # The client goes on at once or after a while of its own: what follows counts from here.
+                # The client continues at once or after its own delay, which counts from here.
                 self.put("status", chunk, " ".join(state))
             self.state[number] = state
 
@@ -87,7 +86,7 @@ class Recorder:
         self.put("answer", chunk, escape(data))
 
     def answer_vision(self, chunk, data):
-        """Of each feed the names in its first line, which may come in several pieces."""
+        """Records the names in the first line of each feed; the line may come in several pieces."""
         number = chunk["connection"]
         if self.text.get(number) is None and number in self.text:
             return

@@ -1,5 +1,5 @@
-"""NIST's controllers against the daemon, without a display: each session starts the daemon, a
-controller, and judges what became of it. Called by tests/clients/run."""
+"""NIST's controllers against the daemon, without a display. Each session starts the daemon and a controller, and checks
+the result. Called by tests/clients/run."""
 
 import argparse
 import contextlib
@@ -29,11 +29,11 @@ from equipment import (
     lab_with_tools_as_saved,
 )
 
-# Found by the folders that equipment names.
+# On the path that equipment sets.
 import running_cell
 import tap
 
-# What each session is: name -> (settings, function).
+# Sessions: name -> (settings, function).
 SESSIONS = {}
 
 
@@ -101,7 +101,7 @@ def vision(setup):
 
 
 def job(settings, robot, *steps):
-    """Lists of actions one after the other; after each, how many gears the kits hold."""
+    """Action lists one after the other, each with the number of gears in the kits after it."""
 
     def run(setup):
         framework = Framework(setup, settings, robot)
@@ -140,8 +140,8 @@ def tool_of(cell, robot):
 
 @session("motoman_demo_actions, reverse_motoman_demo_actions, tools as saved (physical)", "physical")
 def motoman_changes_tools(setup):
-    """The settings as they were saved know the vacuum cup on the Motoman. For a large gear it is put into the shared
-    holder, and the big gripper taken from its own, as the framework itself decides."""
+    """The saved settings have the vacuum cup on the Motoman. For a large gear the framework itself puts the cup into the
+    shared holder and takes the big gripper from its own."""
     framework = Framework(setup, PHYSICAL, "motoman", tools_as_saved=True)
     for actions, gears in JOBS["motoman"][1][1:]:
         framework.run(actions)
@@ -166,8 +166,8 @@ def fanuc_changes_tools(setup):
     framework.cell.require_sound()
 
 
-# Recorded programs of the laboratory whose guard must touch something; what stood there (a stack of
-# parts at X -180 or -300, Y 810 of the Motoman) is in no published layout, and in none of our scenes.
+# Recorded programs of the laboratory with a guard that must trigger on a touch. The touched stack of parts (at X -180 or
+# -300, Y 810 of the Motoman) is in no published layout, and in none of our scenes.
 NOTHING_TO_TOUCH = (
     *("motomanStackMoveBack2", "motomanStackMoveBackRepeat3", "motomanStackMoveRepeat3"),
     *("simMotomanStackMove", "simMotomanStackMove2"),
@@ -211,7 +211,7 @@ for name in PROGRAMS:
 
 
 def at_move(cell, number):
-    """An event that comes 0.15 s after the client has sent its MoveTo of that number."""
+    """An event that is set 0.15 s after the client has sent its MoveTo of that number."""
     event, sent = threading.Event(), 0
 
     def listen(chunk):
@@ -243,15 +243,15 @@ def interrupted(what, move):
         if what(framework):
             framework.run(ONE_GEAR, 90)
         Gears(framework.cell).require(1)
-        # Who begins anew with a gear in the gripper opens it high above the table: that gear falls on it.
+        # A job that restarts with a gear in the gripper opens it high above the table: that gear falls.
         framework.cell.require_sound()
 
     return run
 
 
 def pause(framework):
-    """Pauses for a second and resumes. The newest published client counts its own StopMotion as a
-    change of connection and gives up after it has sent the move again, whatever the server does."""
+    """Pauses for a second and resumes. The newest published client counts its own StopMotion as a change of connection
+    and gives up after it has sent the move again, with any server."""
     driver = framework.driver
     driver.require("pause", answer="done")
     before = framework.cell.state()["robots"][0]["tool_in_reference"]["position_m"]
@@ -270,7 +270,7 @@ def pause(framework):
 
 
 def begin_anew(driver):
-    """Reset and resume, once the framework is done with its errors: it tells of them for a while."""
+    """Resets and resumes after the framework has reported all its errors, which takes a while."""
     seen, since = None, time.monotonic()
     while time.monotonic() - since < 1.5:
         state = driver.call("state")
@@ -328,7 +328,7 @@ KITS = {"motoman": "kit_s2l2", "fanuc": "kit_m2l1"}
 
 
 def supervisor_driver(setup, settings, setup_file, maps):
-    """The supervisor with both systems, and the folder of its settings."""
+    """The driver of the supervisor with both systems, and the folder of its settings."""
     home = framework_home(setup, setup.cell.ports)
     folder = home / "example_settings" / settings
     driver = Driver("aprsim.SupervisorDriver", setup, home=home / "netbeans_run_user_home")
@@ -337,7 +337,7 @@ def supervisor_driver(setup, settings, setup_file, maps):
 
 
 class Fillings:
-    """How often the kits of each robot's have been filled, looked at every second or so."""
+    """Counts how often the kits of each robot have been filled; update about every second."""
 
     def __init__(self, cell):
         self.cell = cell
@@ -353,7 +353,7 @@ class Fillings:
 
 
 class TeachTable:
-    """The teach table's camera of the physical settings, at the port that these name: sends what a layout has."""
+    """The teach table's camera of the physical settings, at their port: sends the objects of a layout."""
 
     def __init__(self, setup, layout):
         rows = layout.read_text(encoding="utf-8").splitlines()[1:]
@@ -406,7 +406,7 @@ def supervisor(setup):
 
 @session("supervisor, both robots, tools as saved (physical)", "physical")
 def supervisor_with_tools(setup):
-    """The Motoman changes its tool while the Fanuc waits aside, as the supervisor has it."""
+    """The Motoman changes its tool while the supervisor keeps the Fanuc aside."""
     TeachTable(setup, setup.framework / "example_settings" / SIM / LAYOUT)
     cell = Cell(setup, lab_with_tools_as_saved(setup.folder), "--set", "vision.empty_slots=true")
     driver, _ = supervisor_driver(setup, PHYSICAL, "fanucmotoman.csv", "posmapfiles.csv")
@@ -416,7 +416,7 @@ def supervisor_with_tools(setup):
 
 
 VIRTUAL_RUNS = 20
-# What the pendant does in virtual time, each so often: its self-test, or a program that ends.
+# Jobs of the pendant in virtual time: its self-test, or a program that ends.
 VIRTUAL = {
     "fanuc": (("aprs", "test"), ("aprs_lab", "fanucStackMoveRepeat3")),
     "motoman": (("aprs", "test"), ("aprs_lab", "motomanStackMove")),
@@ -424,8 +424,8 @@ VIRTUAL = {
 
 
 def in_virtual_time(robot, scene, job):
-    """The pendant's polls are the clock: it does the same again and again in a cell that is reset in
-    between, and every run ends in the same state, to the bit."""
+    """The pendant's polls are the clock. The same job runs repeatedly in a cell that is reset in between; every run ends in
+    the same state, to the bit."""
 
     def run(setup):
         cell = Cell(setup, scene, "--time", "virtual", "--pacers", f"crcl.{robot}")
@@ -434,7 +434,7 @@ def in_virtual_time(robot, scene, job):
             wait_for_place(cell, robot)
             aprsim = [os.path.join(BINARIES, "aprsim"), "--ports-file", cell.daemon.ports_file]
             subprocess.run([*aprsim, "reset", "--seed", "1"], check=True, stdout=subprocess.DEVNULL)
-            # The client keeps to the thread that has used it first.
+            # The client must be used from the thread that used it first.
             driver = Driver(
                 "crcl.ui.client.PendantDriver", setup,
                 {"crcl4java.host": "localhost", "crcl4java.port": cell.ports[f"crcl.{robot}"]},
@@ -459,7 +459,7 @@ def in_virtual_time(robot, scene, job):
 
 
 def wait_for_place(cell, robot, seconds=30):
-    """The client that was there before has left."""
+    """Waits until the previous client has left."""
     deadline = time.monotonic() + seconds
     while f"crcl.{robot}" not in cell.state()["virtual_time"].get("awaited", []):
         if time.monotonic() > deadline:

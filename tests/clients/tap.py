@@ -1,5 +1,4 @@
-"""A wire tap between a client and the daemon: passes every byte on as it comes, and keeps what went
-over each connection, with times."""
+"""A wire tap between a client and the daemon: forwards all bytes and records them for each connection, with times."""
 
 import json
 import re
@@ -10,7 +9,7 @@ import time
 
 
 class Chunk:
-    """What one read returned."""
+    """The result of one read."""
 
     def __init__(self, at, connection, from_client, data):
         self.at = at  # [s], of time.monotonic()
@@ -20,9 +19,8 @@ class Chunk:
 
 
 class Tap:
-    """Listens on a port of its own for each of `targets` ({name: port}), and passes on. Ports are
-    below 2^15, as NIST's vision client takes no higher. `listeners`: called with each Chunk, in the
-    tap's thread."""
+    """Listens on its own port for each of `targets` ({name: port}) and forwards to it. Ports are below 2^15, the limit of
+    NIST's vision client. `listeners` are called with each Chunk, in the tap's thread."""
 
     def __init__(self, targets):
         self.chunks = []
@@ -113,7 +111,7 @@ def command_types(data):
 
 
 def save(tap, path):
-    """All that went over the wires, a JSON object a line."""
+    """Writes all recorded chunks, one JSON object a line."""
     with open(path, "w", encoding="utf-8") as file:
         for chunk in tap.chunks:
             json.dump(

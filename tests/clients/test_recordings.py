@@ -1,6 +1,6 @@
-"""What NIST's own controllers sent in short sessions with the daemon (recordings/, made by record.py),
-sent again byte for byte and read by read, at the same simulated times: the daemon's answers take them
-as far as they took the controllers, and the cell ends as it did."""
+"""Replays of short sessions of NIST's controllers (recordings/, made by record.py). The recorded input is sent byte for
+byte and read by read, at the same simulated times. The replies must lead through the whole session, and the cell must
+end in the recorded state. CRCL statuses are compared by the fields that the controllers wait for, not by their text."""
 
 import math
 import pathlib
@@ -26,7 +26,7 @@ TOOL_MM, GEAR_MM, BELT_M = 0.1, 1.5, 0.005
 
 
 class Recording:
-    """A file of recordings/: options of the daemon, events, and where things were in the end."""
+    """A file of recordings/: options of the daemon, events, and final positions."""
 
     def __init__(self, path):
         self.options, self.events, self.phrases = [], [], {}
@@ -97,7 +97,7 @@ class Stepper:
 
 
 class Wire:
-    """A connection of the client, and what it has not yet made use of."""
+    """A connection of the client, with its unused input."""
 
     def __init__(self, port):
         self.socket = socket.create_connection(("127.0.0.1", port), WALL_S)
@@ -107,7 +107,7 @@ class Wire:
         self.status = ""
 
     def take(self, seconds):
-        """Reads what is there or comes within that time."""
+        """Reads available input, or what arrives within that time."""
         while select.select([self.socket], [], [], seconds)[0]:
             data = self.socket.recv(1 << 16)
             if not data:
@@ -169,8 +169,8 @@ class RecordingTest(unittest.TestCase):
     def do_send(self, connection, gap_ms, text):
         self.step(gap_ms)
         self.wires[connection].socket.sendall(self.recording.data(text))
-        # A listener reads its connections in turns: after two questions of another one it has read
-        # what was sent before.
+        # A listener reads its connections in turns: after two polls on another connection it has read the bytes sent
+        # before.
         self.observer.status()
         self.observer.status()
 
@@ -180,7 +180,7 @@ class RecordingTest(unittest.TestCase):
         wire.poll()
 
     def do_status(self, connection, _, wanted):
-        """Asks until the command has ended, as it did."""
+        """Polls until the command has ended as recorded."""
         wire = self.wires[connection]
         number, end = wanted.split()
         other = number + (" CRCL_Error" if end == "CRCL_Done" else " CRCL_Done")
@@ -193,8 +193,8 @@ class RecordingTest(unittest.TestCase):
             wire.poll()
 
     def do_answer(self, connection, _, text):
-        """Just these bytes. A write is answered once a step has applied it, the next one or, if it
-        comes late, one after that."""
+        """Expects exactly these bytes. A write is answered once a step has applied it: the next one, or a later one if the
+        write arrives late."""
         wire, wanted = self.wires[connection], self.recording.data(text)
         deadline = time.monotonic() + WALL_S
         while len(wire.read) < len(wanted):
@@ -205,7 +205,7 @@ class RecordingTest(unittest.TestCase):
         wire.read = wire.read[len(wanted) :]
 
     def do_seen(self, connection, _, names):
-        """A line of the camera with these things, in this order."""
+        """Expects a line of the camera with these objects in this order."""
         wire = self.wires[connection]
         waited = 0
         while b"\n" not in wire.read:

@@ -1,5 +1,5 @@
-"""What NIST's pendant client sent in its self-test, sent again twenty times in virtual time: its polls are
-the clock, and every run ends in the same state, to the bit. One daemon, reset between the runs."""
+"""The self-test of NIST's pendant client, replayed twenty times in virtual time. Its polls are the clock, and every run
+ends in the same state, to the bit. One daemon, reset between the runs."""
 
 import json
 import pathlib
@@ -14,7 +14,7 @@ POLL_MS = 25  # simulated, each; the daemon's default
 
 
 class Session:
-    """A recording without its pauses: the client says the next thing as soon as it has its answer."""
+    """A recording without its pauses: the client sends its next input as soon as it has its answer."""
 
     def __init__(self, test, daemon, recording):
         self.test, self.daemon, self.recording = test, daemon, recording
@@ -52,7 +52,7 @@ class Session:
         self.test.fail(f"{wire.state()} where {wanted} is expected")
 
     def do_close(self, connection, _):
-        """After all that it has asked for."""
+        """Closing needs nothing here: the client has all its answers."""
 
 
 class VirtualPendantTest(unittest.TestCase):
@@ -76,11 +76,11 @@ class VirtualPendantTest(unittest.TestCase):
             self.assertEqual(end["world_fault"], "")
             self.assertTrue(end["virtual_time"].get("reproducible"), end["virtual_time"])
         self.assertEqual((len(hashes), len(ends)), (1, 1), (hashes, ends))
-        # It did what it does: more than ten seconds of work.
+        # The self-test takes more than five simulated seconds.
         self.assertGreater(int(ends.pop()), 5000)
 
     def await_place(self, daemon, robot):
-        """The session before has left."""
+        """Waits until the previous session has left."""
         deadline = time.monotonic() + WALL_S
         while f"crcl.{robot}" not in running_cell.snapshot(daemon)["virtual_time"].get("awaited", []):
             self.assertLess(time.monotonic(), deadline)

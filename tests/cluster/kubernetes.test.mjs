@@ -134,7 +134,7 @@ describe('the batch', () => {
   });
 });
 
-/** What kubectl asks a cluster for before it can do anything. */
+/** The discovery documents that kubectl requests first. */
 function discovery() {
   const list = (groupVersion, resources) => ({
     kind: 'APIResourceList',

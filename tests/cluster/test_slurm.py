@@ -138,7 +138,7 @@ class Cluster:
         return done.stdout
 
     def states(self, job: str) -> dict[int, str]:
-        """Of the tasks that are not over."""
+        """The state of each unfinished task."""
         rows = self.ask("squeue", "-h", "-r", "-j", job, "-o", "%K %T", check=False).split("\n")
         return {int(row.split()[0]): row.split()[1] for row in rows if row}
 

@@ -19,7 +19,7 @@ struct Injection {
   api::InjectFault fault;
 };
 
-/// Of many kinds, at a time, by triggers and by commands.
+/// Faults of many kinds, started at a time, by triggers and by commands.
 std::vector<Injection> injections() {
   const auto timed = [](const char* kind, const char* target, std::map<std::string, double> values,
                         SimTime at, std::optional<SimTime> duration) {
@@ -81,7 +81,7 @@ void go_on(world::World& world, std::uint64_t until, std::vector<std::uint64_t>&
   }
 }
 
-/// What a snapshot tells of faults and cameras.
+/// The faults and camera frames of a snapshot, as text.
 std::string told(const world::World& world) {
   api::Snapshot now;
   world.write(now);

@@ -1,6 +1,6 @@
 // The daemon's configuration: first line a setting as of --set, KEY=VALUE (or empty), the rest the
-// file. What is read must be within its limits, and come back the same from what --print-config
-// would show.
+// file. Every accepted value must be within its limits, and be the same after a round trip
+// through the output of --print-config.
 
 #include <cstddef>
 #include <cstdint>

@@ -27,7 +27,7 @@ void demand(bool truth) {
   if (!truth) std::abort();
 }
 
-/// One robot, one connection, and a robot that finishes or fails what it is told.
+/// One robot, one connection, and a robot that completes or fails its commands.
 class Connection {
  public:
   explicit Connection(unsigned mood) : mood_(mood), executor_(options(), world_, world_) {}

@@ -1,4 +1,4 @@
-// Who gets a connection, and who may do what with it.
+// Connection limits and permissions of every listener.
 
 #include <algorithm>
 #include <array>
@@ -34,7 +34,8 @@ const std::string kGetStatus =
     "xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\" xsi:type=\"GetStatusType\">"
     "<CommandID>1</CommandID></CRCLCommand></CRCLCommandInstance>";
 
-/// What each listener answers, by the beginning of its name; to nothing, those that speak first.
+/// A request that each listener answers, by the start of its name; empty where the server sends
+/// first.
 const std::map<std::string, std::string> kRequests{
     {"crcl", kGetStatus},
     {"modbus", std::string("\0\1\0\0\0\6\1\3\x80\0\0\1", 12)},
@@ -91,8 +92,8 @@ TEST(Access, ClientsThatResetBeforeTheyAreAcceptedEndNobodysAccepting) {
   EXPECT_EQ(daemon.stop(SIGTERM).exit_code, 0);
 }
 
-/// With every place taken by clients that ask for nothing or never finish, newcomers are served:
-/// from the same address, and from another.
+/// New clients are served, from the same address and from another, when idle or incomplete clients
+/// hold every connection.
 TEST(Access, PlacesTakenByTheIdleAreGivenToNewcomers) {
   const DaemonProcess daemon({"--set", "crcl.max_connections=8", "--set",
                               "modbus.max_connections=8", "--set", "grpc.max_connections=8",

@@ -94,8 +94,8 @@ void run_programs(const std::string& robot, const std::string& prefixes) {
   EXPECT_GE(run, 4);
 }
 
-TEST(CrclPrograms, OfTheFanuc) { run_programs("fanuc", "f"); }
-TEST(CrclPrograms, OfTheMotoman) { run_programs("motoman", "ms"); }
+TEST(CrclPrograms, RunOnTheFanuc) { run_programs("fanuc", "f"); }
+TEST(CrclPrograms, RunOnTheMotoman) { run_programs("motoman", "ms"); }
 
 }  // namespace
 }  // namespace aprsim::test

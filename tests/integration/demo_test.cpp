@@ -48,7 +48,7 @@ Vec in_frame(const v1::Pose& a, const v1::Pose& b) {
   return unrotate(a.orientation(), position(b) - position(a));
 }
 
-/// What one gear went through, seen in the stream alone.
+/// The path of one gear, observed in the snapshot stream alone.
 struct GearStory {
   double start_z = 0, lift_m = 0, slip_m = 0;
   bool carried = false, seen = false;

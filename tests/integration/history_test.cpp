@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -213,6 +214,30 @@ TEST(StateFiles, GoFromOneDaemonToAnother) {
       << refused.err;
 }
 
+TEST(StateFiles, OfAnotherUserAreLoadedOnlyWhereThatIsAllowed) {
+  const TemporaryDirectory directory, other;
+  const std::string file = directory.path() + "/there.state";
+  ASSERT_EQ(setenv("STATE_DIRECTORY", directory.path().c_str(), 1), 0);
+  {
+    DaemonProcess daemon({"--no-web", "--speed", "stepped"});
+    const auto saved = aprsim(daemon, {"save", "there", "--file", file});
+    ASSERT_EQ(saved.exit_code, 0) << saved.err;
+  }
+  ASSERT_EQ(setenv("STATE_DIRECTORY", other.path().c_str(), 1), 0);
+  {
+    DaemonProcess daemon({"--no-web", "--speed", "stepped"});
+    const auto refused = aprsim(daemon, {"load", "--file", file});
+    EXPECT_EQ(refused.exit_code, 1) << refused.out;
+    EXPECT_NE(refused.err.find("--allow-foreign-states"), std::string::npos) << refused.err;
+  }
+  {
+    DaemonProcess daemon({"--no-web", "--speed", "stepped", "--allow-foreign-states"});
+    const auto loaded = aprsim(daemon, {"load", "--file", file});
+    EXPECT_EQ(loaded.exit_code, 0) << loaded.err;
+  }
+  unsetenv("STATE_DIRECTORY");
+}
+
 class RecordedRun : public testing::Test {
  protected:
   void SetUp() override {
@@ -298,7 +323,7 @@ TEST_F(RecordedRun, IsWatchedWithItsWholePastAndTakesNoCommands) {
   v1::ResetResponse response;
   const auto refused = cell.control->Reset(&context, {}, &response);
   EXPECT_EQ(refused.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_NE(refused.error_message().find("takes no commands"), std::string::npos)
+  EXPECT_NE(refused.error_message().find("accepts no commands"), std::string::npos)
       << refused.error_message();
   (void)past.resume_from(1000);
   EXPECT_EQ(past.status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);

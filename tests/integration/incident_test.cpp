@@ -60,6 +60,11 @@ TEST_F(Incident, IsRunAgainWhenItsDaemonIsGone) {
     const auto told = nlohmann::json::parse(short_one.out);
     EXPECT_EQ(told["bytes"], std::filesystem::file_size(path("short")));
     EXPECT_EQ(incident(daemon, "10min", path("long")).exit_code, 0);
+    // It is complete, and not the journal of a daemon that was killed.
+    const auto same =
+        run_process({kBin + "/aprsim", "trace", "diff", path("short"), path("short"), "--json"});
+    EXPECT_EQ(same.exit_code, 0) << same.err;
+    EXPECT_EQ(nlohmann::json::parse(same.out)["notes"], nlohmann::json::array()) << same.out;
     RawWebClient web(daemon.port("web"));
     const std::string answer = web.request("GET /incident?last=3 HTTP/1.1");
     EXPECT_NE(answer.find("200 OK"), std::string::npos);
@@ -86,7 +91,7 @@ TEST_F(Incident, IsTakenBesideAJournalOnDisk) {
   EXPECT_NE(replayed(path("run.journal")).find(" 12000 steps"), std::string::npos);
 }
 
-TEST_F(Incident, WhatCannotBeIsRefused) {
+TEST_F(Incident, RefusesInvalidRequests) {
   DaemonProcess daemon({"--set", "journal.memory_mb=0"});
   const auto none = incident(daemon, "60s", path("none"));
   EXPECT_NE(none.exit_code, 0);

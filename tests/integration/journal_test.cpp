@@ -53,7 +53,7 @@ std::string to_joint(double degrees) {
          "</JointDetails></ActuateJoint>";
 }
 
-/// What nothing compresses by more than a quarter.
+/// Random text, which compresses by at most a quarter.
 std::string noise(std::size_t characters, std::mt19937& random) {
   static constexpr std::string_view kLetters =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+-";
@@ -155,7 +155,7 @@ void expect_same_from(const v1::JournalHeader& header,
   server::journal::Replay replay(header, scene);
   server::journal::RecordedScenes scenes(scene);
   for (std::size_t i = first; i <= last; ++i) {
-    const auto goes_on = replay.take(all[i]);
+    const auto goes_on = replay.process(all[i]);
     ASSERT_TRUE(goes_on) << goes_on.error().message;
     if (!*goes_on) break;
     if (!all[i].has_checkpoint()) continue;
@@ -171,7 +171,7 @@ void expect_same_from(const v1::JournalHeader& header,
 // APRSIM_JOURNAL_STEPS makes it longer: 600000 are ten simulated minutes. APRSIM_JOURNAL_PROGRAMS
 // names daemons that were built otherwise, which run it again, too; APRSIM_JOURNAL_KEEP a file for
 // the journal.
-TEST(Journal, OfADaemonThatIsKilledIsRunAgainToTheSameStates) {
+TEST(Journal, ReplaysAKilledDaemonToTheSameStates) {
   const TemporaryDirectory directory;
   const std::string file = directory.path() + "/run.journal";
   const std::uint64_t steps = how_many("APRSIM_JOURNAL_STEPS", 28'000);
@@ -226,7 +226,7 @@ TEST(Journal, OfADaemonThatIsKilledIsRunAgainToTheSameStates) {
 }
 
 // APRSIM_JOURNAL_KILLS makes it more thorough.
-TEST(Journal, OfADaemonThatIsKilledAnyTimeLacksAMomentAtMost) {
+TEST(Journal, LacksAtMostAMomentWhenTheDaemonIsKilled) {
   using std::chrono::system_clock;
   const std::uint64_t kills = how_many("APRSIM_JOURNAL_KILLS", 3);
   std::mt19937 random(std::random_device{}());
@@ -258,7 +258,7 @@ TEST(Journal, OfADaemonThatIsKilledAnyTimeLacksAMomentAtMost) {
   EXPECT_LT(worst.count(), 2.0 * kPatience);
 }
 
-TEST(Journal, OfADiskThatRunsFullHasItsGapAndTheCellGoesOn) {
+TEST(Journal, RecordsAGapWhenTheDiskFills) {
   const TemporaryDirectory directory;
   const std::string path = directory.path() + "/small";
   const SmallDisk small(path, "4m");
@@ -291,7 +291,7 @@ TEST(Journal, OfADiskThatRunsFullHasItsGapAndTheCellGoesOn) {
   EXPECT_NE(both.out.find("all states are the same"), std::string::npos) << both.out;
 }
 
-TEST(Journal, OfADiskThatIsFilledFromEmptyTellsAllThatIsMissing) {
+TEST(Journal, RecordsEveryMissingRecordOfAFullDisk) {
   const TemporaryDirectory directory;
   const std::string path = directory.path() + "/small";
   const SmallDisk small(path, "4m");
@@ -413,7 +413,7 @@ TEST(Journal, GoesOnInFurtherFiles) {
   EXPECT_EQ(whole.out, again.out);
 }
 
-TEST(Journal, WhatIsNoneIsRefused) {
+TEST(Journal, RefusesOtherFiles) {
   const TemporaryDirectory directory;
   const std::string file = directory.path() + "/none.journal";
   auto refused = replay({file});

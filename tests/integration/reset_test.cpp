@@ -19,9 +19,9 @@ namespace {
 
 constexpr int kWarmUp = 30;  // resets until every buffer has its size
 constexpr std::uint64_t kSteps = 60;
-// Growth of a reset [MB]. The log of the cell's events grows by a few of them until it is full. A
-// world that leaked would take several; the limit leaves room for steps of the allocator.
-constexpr double kEvents_mb = 0.011, kLimit_mb = 0.05;
+// Growth of a reset [MB]. A world that leaked would take several; the limit leaves room for steps
+// of the allocator.
+constexpr double kLimit_mb = 0.05;
 
 /// 1000 of a long run, fewer in the suite.
 int resets() {
@@ -79,7 +79,7 @@ TEST_P(Resets, LeaveMemoryFlatAndTheSameSeedEndsTheSame) {
     if (i >= kWarmUp) memory_mb.push_back(resident_mb(daemon.pid()));
   }
   const double slope_mb = median_slope(memory_mb);
-  EXPECT_LT(slope_mb, kLimit_mb + kEvents_mb + kept_mb / resets())
+  EXPECT_LT(slope_mb, kLimit_mb + kept_mb / resets())
       << memory_mb.front() << " MB became " << memory_mb.back();
   RecordProperty("slope_mb", std::to_string(slope_mb));
   // The connection has lived through it all.

@@ -152,10 +152,10 @@ TEST(VirtualTime, WithoutPacersTheWallClockPassesTimeAndSaysSo) {
   const auto result =
       run_process({APRSIM_BIN_DIR "/aprsim", "--ports-file", daemon.ports_file(), "status"});
   EXPECT_NE(result.out.find("goes by the wall clock"), std::string::npos) << result.out;
-  EXPECT_NE(daemon.log().find("nobody paces"), std::string::npos) << daemon.log();
+  EXPECT_NE(daemon.log().find("no client paces"), std::string::npos) << daemon.log();
 }
 
-TEST(VirtualTime, WhoOnlyWaitsIsLeftBehind) {
+TEST(VirtualTime, DropsAPacerThatOnlyWaits) {
   DaemonProcess daemon(
       in_virtual_time({"--pacers", "crcl.fanuc,crcl.motoman", "--set", "time.grace_ms=300"}));
   CellClient cell(daemon.port("grpc"));

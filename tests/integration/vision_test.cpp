@@ -57,7 +57,7 @@ struct Place {
   double x = 0, y = 0, angle = 0;
 };
 
-/// Of a pose whose z axis is upright.
+/// The place and heading of a pose whose z axis points up.
 Place place_of(const v1::Pose& pose) {
   const auto& q = pose.orientation();
   return {pose.position_m().x(), pose.position_m().y(), 2 * std::atan2(q.z(), q.w())};
@@ -276,7 +276,7 @@ TEST(VisionAndRobot, APartIsPickedWhereTheFeedPutsIt) {
   move(60, false);
   move(0, true);
   robot.run("SetEndEffectorType", "<Setting>0</Setting>");
-  robot.run("DwellType", "<DwellTime>0.1</DwellTime>");
+  robot.run("DwellType", "<DwellTime>0.3</DwellTime>");
   move(60, true);
   const auto after = client.snapshot();
   EXPECT_TRUE(after.robots(0).gripper().holding());

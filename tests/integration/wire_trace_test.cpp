@@ -1,4 +1,4 @@
-// What the daemon's journal keeps of the wires, compared with what their clients have sent and got.
+// The journal's record of each wire, compared with the bytes that its clients sent and received.
 
 #include <algorithm>
 #include <csignal>
@@ -32,7 +32,7 @@ std::string ask_modbus(TcpSocket& socket, const std::string& request) {
   return answer;
 }
 
-/// What a journal has of one listener, in order.
+/// A journal's records of one listener, in order.
 std::vector<v1::JournalWire> wires_of(const std::vector<v1::JournalWire>& all,
                                       const std::string& listener) {
   std::vector<v1::JournalWire> some;
@@ -66,7 +66,7 @@ class WireTrace : public testing::Test {
   const std::string file_ = directory_.path() + "/run.journal";
 };
 
-TEST_F(WireTrace, OfEveryWireIsWhatWentOverIt) {
+TEST_F(WireTrace, RecordsEveryWireByteForByte) {
   const std::string init = CrclTextClient::document("InitCanonType", 7);
   // One register read, one written: the answer of a write repeats it.
   const std::string write("\0\1\0\0\0\6\1\6\x80\2\x27\x10", 12);
@@ -143,7 +143,7 @@ TEST_F(WireTrace, OfEveryWireIsWhatWentOverIt) {
   EXPECT_EQ(peers.size(), 5U);
 }
 
-TEST_F(WireTrace, WhatWasRefusedSaysWhy) {
+TEST_F(WireTrace, RecordsTheReasonOfARefusal) {
   {
     DaemonProcess daemon({"--journal", file_, "--no-web"});
     CrclTextClient fanuc(daemon.port("crcl.fanuc"));

@@ -14,7 +14,7 @@ long aprsim::test::allocations() { return count; }
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 
-// Of the sanitizers' allocator interface, whose header GCC does not bring.
+// Declared in the sanitizers' allocator_interface.h, which GCC does not ship.
 extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*malloc_hook)(const volatile void*,
                                                                              std::size_t),
                                                          void (*free_hook)(const volatile void*));

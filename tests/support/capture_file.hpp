@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <string>
 
 namespace aprsim::test {
@@ -55,6 +56,8 @@ class CaptureFile {
   [[nodiscard]] const std::string& bytes() const { return bytes_; }
   std::string& bytes() { return bytes_; }
   bool vlan = false;
+  /// Makes the whole frame of a packet from its IP packet; unset = as the link has it.
+  std::function<std::string(const std::string& ip)> frame_of;
 
  private:
   static std::string segment(std::uint16_t from, std::uint16_t to, std::uint32_t sequence,
@@ -95,6 +98,7 @@ class CaptureFile {
       put32(ip, 0x7F000001);
     }
     ip += segment;
+    if (frame_of) return frame_of(ip);
     const unsigned type = ipv6_ ? 0x86DD : 0x0800;
     std::string out;
     switch (link_) {
@@ -127,6 +131,28 @@ class CaptureFile {
   Link link_;
   bool ipv6_;
 };
+
+inline std::string bytes16(std::initializer_list<unsigned> words) {
+  std::string out;
+  for (const unsigned word : words) put16(out, word);
+  return out;
+}
+/// An Ethernet frame.
+inline std::string ethernet_frame(unsigned type, const std::string& payload) {
+  std::string out(12, '\0');
+  put16(out, type);
+  return out + payload;
+}
+/// An IPv4 packet of any protocol.
+inline std::string ipv4_packet(unsigned protocol, const std::string& payload) {
+  std::string out = bytes16({0x4500, static_cast<unsigned>(payload.size() + 20), 1, 0x4000,
+                             0x4000U | protocol, 0, 0x0A00, 1, 0x0A00, 2});
+  return out + payload;
+}
+/// A UDP datagram.
+inline std::string udp_datagram(unsigned from, unsigned to, const std::string& payload) {
+  return bytes16({from, to, static_cast<unsigned>(payload.size() + 8), 0}) + payload;
+}
 
 /// One TCP connection whose bytes go out in segments of a size.
 class CapturedConnection {

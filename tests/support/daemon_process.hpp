@@ -11,7 +11,7 @@
 
 namespace aprsim::test {
 
-/// What a finished process left: exit code (negative = killed by that signal) and its output.
+/// Result of a finished process: exit code (negative = killed by that signal) and its output.
 struct ProcessResult {
   int exit_code = 0;
   std::string out;

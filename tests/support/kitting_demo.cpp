@@ -7,7 +7,7 @@ namespace aprsim::test {
 namespace {
 
 constexpr double kBeltSpeed = 0.1;  // [m/s]
-constexpr double kBeltWay = 0.1;    // [m] before the belt is told to stop
+constexpr double kBeltWay = 0.1;    // [m] before the belt gets its stop command
 
 }  // namespace
 

@@ -8,7 +8,7 @@
 
 namespace aprsim::test {
 
-/// What a pick and place did to the gear, measured every step.
+/// Motion of the gear during a pick and place, measured every step.
 struct PickPlaceReport {
   double lift_m = 0;         ///< highest rise of the gear
   double slip_m = 0;         ///< largest motion of the gear in the hand while carried

@@ -1,4 +1,4 @@
-// Makes the picture of the README: the default cell at work, as the page shows it.
+// Makes the README's picture of the page: the default cell at work.
 // usage: node tests/web/screenshot.mjs [FILE.png] [WIDTHxHEIGHT] [dark|light]
 import {spawn} from 'node:child_process';
 import {dirname, join} from 'node:path';
@@ -7,7 +7,7 @@ import {Daemon, openBrowser, openPage, until} from './harness.mjs';
 
 const here = dirname(fileURLToPath(import.meta.url));
 const [
-  file = join(here, '../../clients/web/screenshot.png'),
+  file = join(here, '../../docs/pictures/page.png'),
   size = '1280x800',
   colorScheme = 'dark'
 ] = process.argv.slice(2);

@@ -9,10 +9,10 @@
 namespace aprsim::api {
 
 /// How often something took how long, in fixed buckets: those of a Prometheus histogram. One thread
-/// adds, any thread reads; neither waits. What is read while it is added to may be one short.
+/// adds, any thread reads; neither waits. A concurrent reader may miss the latest one.
 class DurationHistogram {
  public:
-  /// Upper bounds [us]; what is longer than the last falls into a bucket of its own.
+  /// Upper bounds [us]; longer durations have a bucket of their own.
   static constexpr std::array<std::int64_t, 16> kBounds_us{
       5,    10,   20,     50,     100,    200,     500,     1'000,
       2000, 5000, 10'000, 20'000, 50'000, 100'000, 500'000, 1'000'000};

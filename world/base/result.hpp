@@ -6,7 +6,7 @@
 
 namespace aprsim {
 
-/// What kind of thing went wrong, so that a protocol can pick its own error form.
+/// The kind of a failure, which each protocol maps to its own error form.
 enum class ErrorCode {
   kInvalidArgument,     ///< a value is malformed or out of its range
   kNotFound,            ///< a name, file or index does not exist

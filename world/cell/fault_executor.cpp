@@ -62,12 +62,12 @@ std::string FaultExecutor::carry_out(const FaultSpec& fault) {
 
 void FaultExecutor::put(int body, const Eigen::Isometry3d& X_WB) {
   const std::array<Placement, 1> one{{{body, X_WB}}};
-  parts_.physics.put(one);
+  parts_.physics.place(one);
 }
 
 std::string FaultExecutor::remove_part(const FaultSpec& fault) {
   if (parts_.physics.body(fault.body).lost_step) return kLost;
-  parts_.physics.take_away(fault.body);
+  parts_.physics.remove(fault.body);
   return {};
 }
 
@@ -78,8 +78,8 @@ std::string FaultExecutor::swap_parts(const FaultSpec& fault) {
   // Both together, clear of each other; then each alone, as low as its new place allows.
   const std::array<Placement, 2> both{
       {{fault.body, pose_of(second)}, {fault.other_body, pose_of(first)}}};
-  parts_.physics.put(both);
-  for (const auto& one : both) parts_.physics.put(std::span(&one, 1));
+  parts_.physics.place(both);
+  for (const auto& one : both) parts_.physics.place(std::span(&one, 1));
   return {};
 }
 
@@ -115,7 +115,7 @@ std::string FaultExecutor::shift_tray(const FaultSpec& fault) {
     if (gear.lost_step || !scene::stands_on(pose_of(gear), X_WP, tray)) continue;
     moved.push_back({i, X_new * X_WP.inverse() * pose_of(gear)});
   }
-  parts_.physics.put(moved);
+  parts_.physics.place(moved);
   return {};
 }
 

@@ -31,7 +31,7 @@ class FaultExecutor {
   explicit FaultExecutor(const FaultyParts& parts) : parts_(parts) {}
 
   /// Carries out a fault that has just begun, if it is momentary. Returns a note for the fault's
-  /// record: why nothing could be done, else empty.
+  /// record: the reason if nothing could be done, else empty.
   [[nodiscard]] std::string carry_out(const FaultSpec& fault);
 
   /// Sets the effects of all lasting faults together, in place of the earlier ones. Intruders are

@@ -5,8 +5,8 @@
 
 namespace aprsim::world {
 
-/// Whose asserts this build executes: "aprsim" (assert), "Eigen" (sizes and indices), "ODE".
-/// Broken invariants that are checked otherwise throw in every build.
+/// The libraries whose asserts this build executes: "aprsim" (assert), "Eigen" (sizes and indices),
+/// "ODE". Broken invariants that are checked otherwise throw in every build.
 [[nodiscard]] std::vector<std::string> kept_asserts();
 
 }  // namespace aprsim::world

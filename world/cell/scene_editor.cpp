@@ -29,9 +29,9 @@ Result<WorldPtr> with_value(const World& world, const api::SetSceneValue& set) {
   auto scene = scene::with_value(*world.scene(), set.path, set.value);
   if (!scene) return tl::unexpected(std::move(scene.error()));
   WorldPtr next = world.in_scene(*std::move(scene));
-  // The state goes on bit for bit; constants of the scene are those of the new one.
+  // The state is the same bit for bit; the constants are those of the new scene.
   const WorldState blank = next->save();
-  auto state = from_bytes(to_bytes(world.save()), blank);
+  auto state = with_constants_of(blank, world.save());
   if (!state) {
     return fail(ErrorCode::kInvalidArgument, "path",
                 "'" + set.path + "' cannot be changed while the cell runs");
@@ -41,19 +41,29 @@ Result<WorldPtr> with_value(const World& world, const api::SetSceneValue& set) {
   return next;
 }
 
+/// Gears and trays of the scene's file.
+std::size_t bodies_in(const scene::Scene& scene) { return scene.gears.size() + scene.trays.size(); }
+
 Result<WorldPtr> with_body(const World& world, const api::SpawnBody& spawn) {
+  const std::size_t added = bodies_in(*world.scene()) - bodies_in(world.base_scene());
+  if (added >= api::kMaxAddedBodies) {
+    return fail(ErrorCode::kFailedPrecondition, "name",
+                "'" + spawn.name + "': " + std::to_string(added) +
+                    " bodies have been added to the cell, the limit is " +
+                    std::to_string(api::kMaxAddedBodies) + " with those removed; reset the cell");
+  }
   auto scene = scene::with_body(*world.scene(), spawn.type, spawn.name, spawn.X_WB);
   if (!scene) return tl::unexpected(std::move(scene.error()));
   WorldPtr next = world.in_scene(*std::move(scene));
   std::vector<int> old_of;
-  int added = -1;
+  int spawned = -1;
   for (const auto& body : next->settings().bodies) {
     const auto was = world.settings().find_body(body.name);
-    if (!was) added = static_cast<int>(old_of.size());
+    if (!was) spawned = static_cast<int>(old_of.size());
     old_of.push_back(was.value_or(-1));
   }
   next->adopt(world, old_of);
-  next->put_body(added, spawn.X_WB);
+  next->put_body(spawned, spawn.X_WB);
   if (world.watches_events()) next->watch_events();
   return next;
 }
@@ -97,7 +107,7 @@ Result<void> SceneEditor::edit(const api::RemoveBody& remove) {
 }
 
 void SceneEditor::replace_by(std::unique_ptr<World> next) {
-  // Events that nobody has taken yet come first.
+  // Events that are not published yet come first.
   if (auto* events = world_->events()) std::swap(*next->events(), *events);
   world_ = std::move(next);
 }

@@ -9,8 +9,9 @@
 
 namespace aprsim::world {
 
-/// Changes the scene of a running cell. Values and new bodies take another world, built of the
-/// edited scene, which takes over time, robots and bodies of the present one. Thread: the world's.
+/// Changes the scene of a running cell. For values and new bodies it builds another world
+/// from the edited scene, which adopts time, robots and bodies of the present one. Thread: the
+/// world's.
 class SceneEditor {
  public:
   /// `world` must outlive this; it may point to another world after apply().

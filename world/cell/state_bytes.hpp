@@ -4,21 +4,28 @@
 #include <string>
 #include <string_view>
 
+#include "world/archive/layout.hpp"
 #include "world/base/result.hpp"
 #include "world/cell/world_state.hpp"
 
 namespace aprsim::world {
 
-/// Of the layout of the bytes below: rises with every change of what a state has. Bytes of another
-/// version cannot be read.
+/// Version of the layout of the bytes below: rises with every change of the state's members. Bytes
+/// of another version cannot be read.
 inline constexpr std::uint32_t kStateVersion = 6;
 
-/// A saved state as bytes, complete and bit for bit. Thread: any.
-[[nodiscard]] std::string to_bytes(const WorldState& state);
+/// A saved state as bytes, complete and bit for bit. `layout`, if given, receives the places of its
+/// numbers. Thread: any.
+[[nodiscard]] std::string to_bytes(const WorldState& state, archive::Layout* layout = nullptr);
 
-/// The state of such bytes. `like`: any state of a world of the same scene, which gives what is no
-/// state but the scene's. Errors: kInvalidArgument where the bytes are damaged, or of another scene
-/// as far as the numbers of its parts tell. Thread: any.
+/// Reads a state from bytes that may come from anywhere. `like`: any state of a world of the same
+/// scene, which gives the constants. Every number is checked against that world
+/// (world/archive/archive.hpp). Errors: kInvalidArgument with the value that the world cannot have.
+/// Thread: any.
 [[nodiscard]] Result<WorldState> from_bytes(std::string_view bytes, const WorldState& like);
+
+/// The same state for a world with other constants, as after a change of a scene's value. Errors:
+/// kInvalidArgument where that world has other parts. Thread: any.
+[[nodiscard]] Result<WorldState> with_constants_of(const WorldState& like, const WorldState& state);
 
 }  // namespace aprsim::world

@@ -11,6 +11,8 @@
 #include "world/cell/describe_cell.hpp"
 #include "world/cell/fault_executor.hpp"
 #include "world/cell/machines/describe_robot.hpp"
+#include "world/physics/bodies/body_ids.hpp"
+#include "world/physics/bodies/physics_failure.hpp"
 
 namespace aprsim::world {
 namespace {
@@ -31,6 +33,30 @@ void copy_state(const Part& from, Part& to) {
   out(from);
   archive::Reader in(bytes);
   in(to);
+}
+
+archive::WorldCounts counts_of(const CellSettings& settings,
+                               const std::vector<robot::ArmModel>& models,
+                               const physics::PhysicsWorld& physics) {
+  archive::WorldCounts counts;
+  counts.parts = static_cast<int>(settings.bodies.size());
+  counts.tools = static_cast<int>(settings.tool_count);
+  counts.fixed = static_cast<int>(physics.fixed_names().size());
+  counts.belt = settings.conveyor.has_value();
+  counts.light_curtain = settings.light_curtain.has_value();
+  if (counts.belt) counts.photo_eyes = static_cast<int>(settings.conveyor->photo_eyes.size());
+  const physics::BodyIds ids(counts.parts, counts.tools);
+  counts.bodies.assign(static_cast<std::size_t>(ids.free_count()), true);
+  for (std::size_t r = 0; r < models.size(); ++r) {
+    const int robot = static_cast<int>(r);
+    const int links = static_cast<int>(models[r].links.size());
+    counts.robots.push_back({.joints = models[r].dof(), .links = links});
+    counts.bodies.resize(static_cast<std::size_t>(ids.link(robot, links)), false);
+    for (int id = ids.palm(robot); id < ids.link(robot, links); ++id) {
+      counts.bodies[static_cast<std::size_t>(id)] = true;
+    }
+  }
+  return counts;
 }
 
 ConveyorDriveLimits limits_of(const scene::Conveyor& belt) {
@@ -69,6 +95,7 @@ World::World(std::shared_ptr<const scene::Scene> scene, ArmModels models, std::u
     X_WL.emplace_back(links.begin(), links.end());
   }
   physics_.emplace(*scene_, *models_, X_WL);
+  counts_ = std::make_shared<const archive::WorldCounts>(counts_of(settings_, *models_, *physics_));
   describe();
   loose_.reserve(settings_.tool_count);
   if (settings_.conveyor) {
@@ -179,9 +206,13 @@ void World::step_robot(std::size_t i) {
   // The last step's contacts load the joints; the controller gives the next reference.
   robot.see_light_curtain(curtain_.broken);
   robot.step(physics_->gripper(index), physics_->arm_forces(index), *description_, loose_);
+  if (!robot.q().allFinite()) {
+    throw physics::PhysicsFailure("robot " + description_->robots[i].name +
+                                  ": a joint's position is not a number");
+  }
   if (robot.tool() != physics_->tool_of(index)) {
-    physics_->leave_tool(index);
-    if (robot.tool() >= 0) physics_->take_tool(index, robot.tool(), robot.X_WM());
+    physics_->detach_tool(index);
+    if (robot.tool() >= 0) physics_->attach_tool(index, robot.tool(), robot.X_WM());
   }
   // The physics takes arm and gripper poses from the robot.
   physics_->set_arm(index, robot.X_WL());
@@ -284,10 +315,10 @@ void World::adopt(const World& old, std::span<const int> old_of) {
 
 void World::put_body(int body, const Pose& X_WB) {
   const std::array<physics::PhysicsWorld::Placement, 1> place{{{body, X_WB.isometry()}}};
-  physics_->put(place);
+  physics_->place(place);
 }
 
-void World::remove_body(int body) { physics_->take_away(body); }
+void World::remove_body(int body) { physics_->remove(body); }
 
 // ---- events
 
@@ -338,6 +369,7 @@ void World::gather_intruders(std::span<const api::Intruder> of_faults) {
 WorldState World::save() const {
   WorldState state{.scene = scene_,
                    .base = base_,
+                   .counts = counts_,
                    .seed = seed_,
                    .steps = steps_,
                    .conveyor = conveyor_,
@@ -428,7 +460,7 @@ void World::write(api::Snapshot& out) const {
   write_tools(out.tools);
   out.contact_count = physics_->contact_count();
   physics_->write_contacts(out.contacts);
-  out.robot_touches = unintended_contacts_.list();
+  out.unintended_contacts = unintended_contacts_.list();
   out.virtual_joint_count = physics_->virtual_joint_count();
   out.max_penetration_m = physics_->max_penetration_m();
   out.physics_faults = physics_->penetration_faults();

@@ -66,16 +66,16 @@ class World {
   /// Takes over time and state of another world with the same robots, tools and surroundings.
   /// `old_of`: index in `old` of each body here, -1 = new.
   void adopt(const World& old, std::span<const int> old_of);
-  /// Puts a body down at a pose, or as much higher as it takes to be clear of all else.
+  /// Places a body at a pose, or above it by as much as it takes to be clear of all else.
   void put_body(int body, const Pose& X_WB);
-  /// Takes a body out of the cell: it is lost.
+  /// Removes a body from the cell: it is lost.
   void remove_body(int body);
 
   /// From now on, detects events at every step and command. Costs little, and changes nothing.
   void watch_events();
   [[nodiscard]] bool watches_events() const { return detector_.has_value(); }
-  /// Events since they were last taken, without sequence and epoch; the caller takes them out. Null
-  /// unless they are watched.
+  /// Detected events, without sequence and epoch; the caller removes them. Null unless events are
+  /// watched.
   [[nodiscard]] std::vector<api::CellEvent>* events();
 
   /// Between two steps. Allocates.
@@ -89,7 +89,7 @@ class World {
   [[nodiscard]] SimTime time() const;
   [[nodiscard]] std::uint64_t step_count() const { return steps_; }
   [[nodiscard]] SimTime step_size() const { return settings_.step_size; }
-  /// Counts steps that waited for a motion plan: depends on the machine's load, is no state.
+  /// Number of steps that waited for a motion plan: depends on the machine's load, no state.
   [[nodiscard]] std::uint64_t plan_waits() const;
   /// Work of the contact solver since this world was built.
   [[nodiscard]] const api::SolverWork& solver_work() const { return physics_->solver_work(); }
@@ -97,6 +97,8 @@ class World {
   [[nodiscard]] std::uint64_t state_hash() const;
 
   [[nodiscard]] const std::shared_ptr<const scene::Scene>& scene() const { return scene_; }
+  /// The scene as it was loaded, without later changes.
+  [[nodiscard]] const scene::Scene& base_scene() const { return base_ ? *base_ : *scene_; }
   [[nodiscard]] const ArmModels& models() const { return models_; }
   [[nodiscard]] const CellSettings& settings() const { return settings_; }
   [[nodiscard]] std::span<const SimulatedRobot> robots() const { return robots_; }
@@ -143,6 +145,7 @@ class World {
   std::vector<robot::PlanPrefetcher*> prefetchers_;
   ArmModels models_;
   CellSettings settings_;
+  std::shared_ptr<const archive::WorldCounts> counts_;  // see WorldState
   std::uint64_t seed_;
   std::uint64_t revision_ = 0;
   std::uint64_t steps_ = 0;

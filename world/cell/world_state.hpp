@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "world/api/values/light_curtain.hpp"
+#include "world/archive/world_counts.hpp"
 #include "world/cell/machines/conveyor_drive.hpp"
 #include "world/cell/machines/simulated_robot.hpp"
 #include "world/cell/observation/event_detector.hpp"
@@ -18,11 +19,14 @@
 
 namespace aprsim::world {
 
-/// All of a world that changes from step to step, as copyable values. Put back into a world of the
-/// same scene, it continues bit for bit as the world did that it was saved from.
+/// The state of a world, as copyable values. Restored in a world of the same scene, it continues
+/// bit for bit like the original.
 struct WorldState {
-  std::shared_ptr<const scene::Scene> scene;  ///< of which it is a state
-  std::shared_ptr<const scene::Scene> base;   ///< as it was before changes; null = there were none
+  static constexpr std::uint64_t kMaxSteps = 100'000'000'000;
+
+  std::shared_ptr<const scene::Scene> scene;           ///< of the world
+  std::shared_ptr<const scene::Scene> base;            ///< before changes; null = not changed
+  std::shared_ptr<const archive::WorldCounts> counts;  ///< of the world; bounds of indices
   std::uint64_t seed = 0;
   std::uint64_t steps = 0;
   std::vector<SimulatedRobot::State> robots;
@@ -36,7 +40,7 @@ struct WorldState {
   UnintendedContacts unintended_contacts;
   EventDetector::State apart;  ///< of a world whose events are watched
 
-  /// Of memory, besides what copies share; approximately.
+  /// Memory without shared parts, approximately.
   [[nodiscard]] std::uint64_t bytes() const {
     std::uint64_t sum = sizeof *this + physics.bytes() + faults.bytes() +
                         apart.capacity() * sizeof(EventDetector::SeparatedContact);
@@ -47,7 +51,7 @@ struct WorldState {
   [[nodiscard]] const std::shared_ptr<const scene::Scene>& base_scene() const {
     return base ? base : scene;
   }
-  /// Adds what copies share: the plans of motions.
+  /// Adds the parts that copies share: the plans of motions.
   void list(robot::SharedParts& parts) const {
     for (const auto& robot : robots) robot.controller.list(parts);
   }
@@ -55,10 +59,19 @@ struct WorldState {
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
-    auto& [scene, base, seed, steps, robots, conveyor, photo_eyes, physics, vision, curtain,
+    auto& [scene, base, counts, seed, steps, robots, conveyor, photo_eyes, physics, vision, curtain,
            intruder, faults, unintended_contacts, apart] = self;
     io(seed, steps, robots, conveyor, photo_eyes, physics, vision, curtain, intruder, faults,
        unintended_contacts, apart);
+  }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.one_for_each(In::kRobot, robots.size());
+    in.require(steps <= kMaxSteps, "more steps than a clock can count");
+    for (std::size_t r = 0; r < robots.size(); ++r) {
+      in.require(robots[r].own.mount.tool() == physics.tool_of(static_cast<int>(r)),
+                 "a robot and its flange with different tools");
+    }
   }
 };
 

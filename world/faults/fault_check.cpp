@@ -318,6 +318,50 @@ struct TriggerWords {
 
 }  // namespace
 
+bool FaultSpec::has_target() const {
+  switch (faults::info(kind).target) {
+    case Target::kCell:
+      return true;
+    case Target::kRobot:
+      return robot >= 0;
+    case Target::kJoint:
+      return robot >= 0 && joint >= 0;
+    case Target::kGear:
+    case Target::kTray:
+      return body >= 0;
+    case Target::kPair:
+      return body >= 0 && other_body >= 0 && body != other_body;
+    case Target::kSighting:
+      return robot >= 0 && body >= 0;
+    case Target::kPhotoEye:
+      break;
+  }
+  return eye >= 0;
+}
+
+bool FaultSpec::has_valid_values() const {
+  const faults::KindInfo& info = faults::info(kind);
+  for (std::size_t i = 0; i < info.parameter_count(); ++i) {
+    if (values[i] < info.parameters[i].min || values[i] > info.parameters[i].max) return false;
+  }
+  return (!duration || duration->count() > 0) && check_whole_numbers(*this).has_value();
+}
+
+bool FaultSpec::has_trigger(int joints) const {
+  if (std::holds_alternative<api::WhenGrasped>(trigger)) return trigger_robot >= 0;
+  if (std::holds_alternative<api::WhenBeamBroken>(trigger)) return trigger_eye >= 0;
+  const auto* crossing = std::get_if<api::WhenCrossing>(&trigger);
+  if (crossing == nullptr || !faults::info(crossing->quantity).of_robot) return true;
+  if (crossing->quantity != faults::Quantity::kJointPosition) return trigger_robot >= 0;
+  return trigger_robot >= 0 && crossing->joint >= 1 && crossing->joint <= joints;
+}
+
+bool FaultSpec::needs_belt() const {
+  const auto* crossing = std::get_if<api::WhenCrossing>(&trigger);
+  return world::needs_belt(kind) ||
+         (crossing != nullptr && !faults::info(crossing->quantity).of_robot);
+}
+
 Result<void> check_event(const std::string& event) {
   if (!event.empty() && event.size() <= api::kMaxFaultText) return {};
   return bad_fault("event", "a name of " + std::to_string(event.size()) +

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <optional>
@@ -26,6 +27,15 @@ struct FaultSpec {
     return values[faults::info(kind).parameter(parameter).value()];
   }
 
+  /// Whether it has the indices that its kind needs.
+  [[nodiscard]] bool has_target() const;
+  /// Whether the kind's parameters are within their bounds.
+  [[nodiscard]] bool has_valid_values() const;
+  /// Whether it has the indices that its trigger needs; `joints`: of the trigger's robot.
+  [[nodiscard]] bool has_trigger(int joints) const;
+  /// Whether kind or trigger concern the conveyor.
+  [[nodiscard]] bool needs_belt() const;
+
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
@@ -33,6 +43,21 @@ struct FaultSpec {
            duration] = self;
     io(kind, robot, joint, body, other_body, eye, values, trigger, trigger_robot, trigger_eye,
        duration);
+  }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.index_or_none(In::kRobot, robot, trigger_robot);
+    in.index_or_none(In::kPart, body, other_body);
+    in.index_or_none(In::kPhotoEye, eye, trigger_eye);
+    const auto joints_of = [&](int of) {
+      return of < 0 ? 0 : in.counts().robots[static_cast<std::size_t>(of)].joints;
+    };
+    in.require(joint >= -1 && joint < std::max(joints_of(robot), 1), "a fault of an unknown joint");
+    in.require(has_target() && has_valid_values(), "a fault that no cell can have");
+    in.require(in.counts().belt || !needs_belt(), "a fault of a belt that does not exist");
+    in.require(in.counts().light_curtain || kind != faults::Kind::kCurtainBroken,
+               "a fault of a light curtain that does not exist");
+    in.require(has_trigger(joints_of(trigger_robot)), "a fault that waits for something unknown");
   }
 };
 

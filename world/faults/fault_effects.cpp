@@ -10,7 +10,7 @@ using faults::Kind;
 
 const Eigen::Vector3d kPerson(0.5, 0.3, 1.75);  // m
 
-/// Somebody who stands in the middle of the curtain's plane, at its first beam.
+/// A person in the middle of the curtain's plane, at its first beam.
 api::Intruder person_in(const api::LightCurtainDescription& curtain) {
   api::Intruder person;
   person.size_m = kPerson;
@@ -160,7 +160,7 @@ void EffectAccumulator::add_belt(const FaultSpec& spec) {
 }
 
 void EffectAccumulator::add_camera(const FaultSpec& spec) {
-  // What is wrong with a gear shows in all of them.
+  // All cameras show a faulty gear.
   if (spec.kind == Kind::kPartFaulty || spec.kind == Kind::kCameraSwapsLabels) {
     for (auto& camera : cameras) {
       if (spec.kind == Kind::kPartFaulty) {

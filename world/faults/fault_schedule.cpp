@@ -54,7 +54,7 @@ const FaultSchedule::Changes& FaultSchedule::advance(SimTime time, std::uint64_t
   changes_.shifted = false;
   over_.clear();
   for (Open& fault : open_) {
-    // What ends, ends before anything begins.
+    // Faults end before others begin.
     const bool lasts = fault.shown.state == api::FaultState::kActive;
     if (fault.give_up || (lasts && fault.end && time >= *fault.end)) {
       if (!lasts) fault.shown.note = "given up before it began";
@@ -116,7 +116,7 @@ bool FaultSchedule::triggered(Open& fault, SimTime time, const CellFacts& facts)
   return true;
 }
 
-/// True when what was not so before is so now. The first look decides nothing.
+/// Whether the condition has become true since the last call. The first call only records it.
 bool FaultSchedule::rises(Watch& watch, bool now) {
   const bool rise = watch.primed && now && !watch.beyond;
   watch.primed = true;
@@ -124,7 +124,7 @@ bool FaultSchedule::rises(Watch& watch, bool now) {
   return rise;
 }
 
-/// A gear of the type was held before and is not now, with the gripper told to open.
+/// A gear of the type was held before and is not now, with the gripper commanded to open.
 bool FaultSchedule::lets_go(Open& fault, const api::WhenPlaced& placed,
                             const CellFacts& facts) const {
   std::vector<int>& held = fault.watch.held;

@@ -13,13 +13,13 @@
 
 namespace aprsim::world {
 
-/// What a gripper does.
+/// State of a gripper.
 struct GripFacts {
   int held_body = -1;  ///< -1 = none
-  bool open = true;    ///< told to be
+  bool open = true;    ///< commanded
 };
 
-/// What triggers and some faults ask of the cell, at a step's end.
+/// Queries of triggers and faults to the cell, at the end of a step.
 class CellFacts {
  public:
   virtual ~CellFacts() = default;
@@ -29,17 +29,17 @@ class CellFacts {
   [[nodiscard]] virtual bool beam_broken(int eye) const = 0;
   /// SI; `joint` from 0.
   [[nodiscard]] virtual double quantity(faults::Quantity quantity, int robot, int joint) const = 0;
-  /// From a tray's middle, along the belt, to the end towards which it moves; nothing for one that
-  /// is not on the belt or a belt at rest [m].
+  /// Distance from a tray's middle, along the belt, to the end towards which it moves; nullopt for
+  /// one that is not on the belt or a belt at rest [m].
   [[nodiscard]] virtual std::optional<double> distance_to_belt_end(int body) const = 0;
 };
 
-/// A fault that lasts, with what it has seen so far.
+/// A lasting fault with its state.
 struct ActiveFault {
   FaultSpec spec;
   SimTime begin{};
   SimTime open_until{};  ///< of a gripper that drops: open by itself until then
-  bool caught = false;   ///< a tray that jams: it has come to where it does
+  bool caught = false;   ///< a jamming tray has reached its place
 
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
@@ -49,14 +49,14 @@ struct ActiveFault {
   }
 };
 
-/// The faults of a cell: which wait, which last, which are over. A copyable value, part of the
-/// cell's state. Nothing is done here: who owns it carries out what begins and ends. Thread: sim.
+/// The faults of a cell: pending, active and past ones. A copyable value, part of the cell's state.
+/// It decides when faults begin and end; the owner executes them. Thread: sim.
 class FaultSchedule {
  public:
-  /// What has begun and ended in one call, by number, in this order.
+  /// The faults that have begun and ended in one call, by number, in order.
   struct Changes {
     std::vector<std::uint64_t> begun, ended;
-    bool shifted = false;  ///< what lasts has changed by itself
+    bool shifted = false;  ///< the effect of an active fault has changed
     [[nodiscard]] bool any() const { return shifted || !begun.empty() || !ended.empty(); }
 
     template <typename Self, typename Io>
@@ -66,7 +66,7 @@ class FaultSchedule {
     }
   };
 
-  /// Takes a resolved fault. Errors: kFailedPrecondition when too many wait or last.
+  /// Adds a resolved fault. Errors: kFailedPrecondition when too many are pending or active.
   [[nodiscard]] Result<std::uint64_t> inject(api::Ticket ticket, const api::InjectFault& request,
                                              FaultSpec spec);
   /// Ends one at the next advance(). Errors: kNotFound.
@@ -74,19 +74,19 @@ class FaultSchedule {
   /// Seen by the next advance().
   void report(const std::string& event);
 
-  /// Nothing waits or lasts: advance() has nothing to do.
+  /// No fault is pending or active.
   [[nodiscard]] bool idle() const { return open_.empty(); }
   /// Once a step boundary. Momentary faults begin and end in one call.
   const Changes& advance(SimTime time, std::uint64_t step, const CellFacts& facts);
 
-  /// Of one that changes() has just told of, or that waits or lasts. Null when unknown.
+  /// The fault with this number, pending, active or just ended. Null when unknown.
   [[nodiscard]] const FaultSpec* spec(std::uint64_t id) const;
-  /// Those that last.
+  /// The active faults.
   [[nodiscard]] std::vector<ActiveFault> active() const;
-  /// What there is to tell of the end of one that is over.
+  /// Sets the remark on a fault that has ended.
   void note(std::uint64_t id, const std::string& text);
 
-  /// Bodies have other numbers now; each old one's new one.
+  /// Renumbers bodies: `new_of` has the new number of each old one.
   void renumber(std::span<const int> new_of);
 
   /// For snapshots; null = none so far.
@@ -100,9 +100,14 @@ class FaultSchedule {
     auto& [last_id, open, over, past, changes, list] = self;
     io(last_id, open, over, past, changes, list);
   }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.require(open_.size() <= api::kMaxOpenFaults && past_.size() <= api::kMaxPastFaults,
+               "more faults than a cell keeps");
+  }
 
  private:
-  /// What a trigger has seen.
+  /// Memory of a trigger.
   struct Watch {
     std::vector<int> held;  ///< by each robot, -1 = nothing
     int grasps = 0;
@@ -114,18 +119,29 @@ class FaultSchedule {
       auto& [held, grasps, primed, beyond, reported, held_since] = self;
       io(held, grasps, primed, beyond, reported, held_since);
     }
+    template <typename In>
+    void require_valid(In& in) const {
+      in.require(held.empty() || held.size() == in.counts().robots.size(),
+                 "grips of another number of robots");
+      for (const int body : held) in.index_or_none(In::kPart, body);
+    }
   };
   struct Open {
     api::InjectedFault shown;
     ActiveFault active;
     Watch watch;
     std::optional<SimTime> end;
-    bool give_up = false;  ///< told to end
+    bool give_up = false;  ///< an end was requested
 
     template <typename Self, typename Io>
     static void fields(Self& self, Io& io) {
       auto& [shown, active, watch, end, give_up] = self;
       io(shown, active, watch, end, give_up);
+    }
+    template <typename In>
+    void require_valid(In& in) const {
+      in.require(shown.kind == active.spec.kind && shown.robot == active.spec.robot,
+                 "a fault with two kinds or robots");
     }
   };
 
@@ -134,7 +150,7 @@ class FaultSchedule {
                              const CellFacts& facts) const;
   static bool grasps(Open& fault, const api::WhenGrasped& grasped, const CellFacts& facts);
   static bool rises(Watch& watch, bool now);
-  /// Whether what it does has changed.
+  /// Whether its effect has changed.
   static bool watch_active(Open& fault, SimTime time, const CellFacts& facts);
   void finish(Open& fault, std::uint64_t step);
   [[nodiscard]] Open* find(std::uint64_t id);

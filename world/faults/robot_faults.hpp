@@ -10,7 +10,7 @@
 
 namespace aprsim::world {
 
-/// What injected faults make of one robot; as it stands, nothing is wrong.
+/// Effects of injected faults on one robot; the defaults have no effect.
 struct RobotFaults {
   RobotFaults() { torque.fill(1); }
 
@@ -21,7 +21,7 @@ struct RobotFaults {
   /// behind, of the tool's.
   Pose base_offset, tool_offset;
   double grip_force = 1;                  ///< share of what the pressure gives
-  std::optional<double> gripper_setting;  ///< the gripper is there, whatever it is told
+  std::optional<double> gripper_setting;  ///< at which the gripper is stuck
   physics::GripperWear wear;
   /// Not empty: no command is carried out, and this is why.
   std::string out_of_order;

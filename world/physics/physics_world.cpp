@@ -34,6 +34,8 @@ PhysicsWorld& PhysicsWorld::operator=(PhysicsWorld&&) noexcept = default;
 
 void PhysicsWorld::set_arm(int robot, std::span<const Eigen::Isometry3d> X_WL_next) {
   impl_->model.arms[static_cast<std::size_t>(robot)].set_next(X_WL_next);
+  // The gripper's mount follows the flange. A tool changer may override it afterwards, in the same
+  // step.
   impl_->step.set_mount(robot, X_WL_next.back());
 }
 
@@ -59,12 +61,12 @@ void PhysicsWorld::step() { impl_->step.run(); }
 
 // ---- between two steps
 
-void PhysicsWorld::take_tool(int robot, int tool, const Eigen::Isometry3d& X_WF) {
-  physics::take_tool(impl_->model, robot, tool, X_WF);
+void PhysicsWorld::attach_tool(int robot, int tool, const Eigen::Isometry3d& X_WF) {
+  physics::attach_tool(impl_->model, robot, tool, X_WF);
   impl_->step.set_mount(robot, X_WF);
 }
 
-void PhysicsWorld::leave_tool(int robot) { physics::leave_tool(impl_->model, robot); }
+void PhysicsWorld::detach_tool(int robot) { physics::detach_tool(impl_->model, robot); }
 
 void PhysicsWorld::set_velocity(int body, const Eigen::Vector3d& v_com_W,
                                 const Eigen::Vector3d& omega_W) {
@@ -73,11 +75,11 @@ void PhysicsWorld::set_velocity(int body, const Eigen::Vector3d& v_com_W,
 
 void PhysicsWorld::set_jammed(int body, bool jammed) { impl_->placement.set_jammed(body, jammed); }
 
-void PhysicsWorld::put(std::span<const Placement> placements) { impl_->placement.put(placements); }
-
-void PhysicsWorld::take_away(int body) {
-  impl_->placement.take_away(body, impl_->step.results().count);
+void PhysicsWorld::place(std::span<const Placement> placements) {
+  impl_->placement.place(placements);
 }
+
+void PhysicsWorld::remove(int body) { impl_->placement.remove(body, impl_->step.results().count); }
 
 PhysicsState PhysicsWorld::save() const { return {impl_->model, impl_->step}; }
 
@@ -107,7 +109,7 @@ double PhysicsWorld::opening(int tool) const {
 
 GripperState PhysicsWorld::gripper(int robot) const {
   GripperState state = impl_->gripper(robot).state();
-  // A tool that a cup draws has no number among the bodies.
+  // A tool that a cup holds has no number among the bodies.
   if (!impl_->model.ids.is_part(state.held_body)) state.held_body = -1;
   return state;
 }
@@ -124,9 +126,13 @@ void PhysicsWorld::write_contacts(std::vector<api::ContactSnapshot>& out) const 
 
 const ContactPairs& PhysicsWorld::contact_pairs() const { return impl_->step.report().pairs(); }
 
-std::uint64_t PhysicsWorld::ties_version() const { return impl_->model.simplification.changes(); }
+std::uint64_t PhysicsWorld::grouping_version() const {
+  return impl_->model.simplification.changes();
+}
 
-Ties PhysicsWorld::ties(int id) const { return impl_->model.simplification.ties(id); }
+BodyGrouping PhysicsWorld::grouping(int id) const {
+  return impl_->model.simplification.grouping(id);
+}
 
 bool PhysicsWorld::lost(int id) const { return impl_->model.body(id).lost_step.has_value(); }
 

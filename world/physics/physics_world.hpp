@@ -10,8 +10,8 @@
 
 #include "world/api/snapshot/snapshot.hpp"
 #include "world/api/snapshot/solver_work.hpp"
+#include "world/physics/bodies/body_grouping.hpp"
 #include "world/physics/bodies/physics_failure.hpp"
-#include "world/physics/bodies/ties.hpp"
 #include "world/physics/constraint/contact_solver_statistics.hpp"
 #include "world/physics/contacts/arm_force.hpp"
 #include "world/physics/contacts/contact_pair.hpp"
@@ -25,7 +25,7 @@
 
 namespace aprsim::physics {
 
-/// Gears, trays, belt, tables, grippers and arm links: owns a PhysicsModel and what acts on it,
+/// Physics of gears, trays, belt, tables, grippers and arm links. Owns a PhysicsModel with its
 /// PhysicsStep and BodyPlacement. Bodies are numbered as in the scene: trays first, then gears.
 /// Deterministic: the same scene and calls give the same bits. Thread: sim.
 class PhysicsWorld {
@@ -41,8 +41,8 @@ class PhysicsWorld {
   /// Link poses at the end of the coming step (dof + 1); they start where the last call left them.
   void set_arm(int robot, std::span<const Eigen::Isometry3d> X_WL_next);
   void set_gripper(int robot, double setting);  ///< 0 closed .. 1 open
-  /// Pose of the gripper's mount at the end of the coming step: the flange's, or where the tool
-  /// changer has left it. Follows the flange of set_arm() unless told otherwise after it.
+  /// Pose of the gripper's mount at the end of the coming step, to be called after set_arm(), which
+  /// sets the flange's pose: a tool changer may hold the tool elsewhere.
   void set_gripper_mount(int robot, const Eigen::Isometry3d& X_WF_next);
   /// Force of each piston [N]; the scene's at the start.
   void set_gripper_force(int robot, double force_n);
@@ -50,17 +50,17 @@ class PhysicsWorld {
   void set_gripper_wear(int robot, const GripperWear& wear);
   void set_belt_speed(double speed_m_s);  ///< signed, along the belt's +x
 
-  /// Between two steps: a tool changer locks a tool that no robot has to a robot without one, its
-  /// mount at `X_WF`, or lets go of what the robot has.
-  void take_tool(int robot, int tool, const Eigen::Isometry3d& X_WF);
-  void leave_tool(int robot);
+  /// Between two steps: attaches a free tool to a robot without one, with its mount at `X_WF`, or
+  /// detaches the robot's tool.
+  void attach_tool(int robot, int tool, const Eigen::Isometry3d& X_WF);
+  void detach_tool(int robot);
 
   // ---- between two steps: see BodyPlacement
   using Placement = BodyPose;
   void set_velocity(int body, const Eigen::Vector3d& v_com_W, const Eigen::Vector3d& omega_W);
   void set_jammed(int body, bool jammed);
-  void put(std::span<const Placement> placements);
-  void take_away(int body);
+  void place(std::span<const Placement> placements);
+  void remove(int body);
 
   /// Throws PhysicsFailure.
   void step();
@@ -77,22 +77,22 @@ class PhysicsWorld {
   [[nodiscard]] int body_count() const;  ///< trays and gears
   [[nodiscard]] BodyState body(int index) const;
   [[nodiscard]] int tool_count() const;  ///< in the order of scene::tools_of()
-  /// In its tool frame, wherever it is.
+  /// State of a tool in its tool frame, on a flange or not.
   [[nodiscard]] BodyState tool(int index) const;
   [[nodiscard]] int tool_of(int robot) const;    ///< -1 = none
   [[nodiscard]] double opening(int tool) const;  ///< of its fingers, pad to pad
   [[nodiscard]] GripperState gripper(int robot) const;
-  /// Contact forces on links, palm and fingers; what is held loads them through the pads.
+  /// Contact forces on links, palm and fingers; a held body loads them through the pads.
   [[nodiscard]] std::span<const ArmForce> arm_forces(int robot) const;
   [[nodiscard]] int contact_count() const;
   /// Replaces `out` by the contacts, at most api::kMaxContacts; see api::Snapshot::contacts.
   void write_contacts(std::vector<api::ContactSnapshot>& out) const;
   /// All pairs that touch, also those beyond api::kMaxContacts; until the next step.
   [[nodiscard]] const ContactPairs& contact_pairs() const;
-  /// Another number whenever ties() of some body may differ, or a body has been lost.
-  [[nodiscard]] std::uint64_t ties_version() const;
-  /// Ties of a body or, from body_count() on, of a tool.
-  [[nodiscard]] Ties ties(int id) const;
+  /// Changes whenever grouping() of some body may differ, or a body has been lost.
+  [[nodiscard]] std::uint64_t grouping_version() const;
+  /// Grouping of a body or, from body_count() on, of a tool.
+  [[nodiscard]] BodyGrouping grouping(int id) const;
   [[nodiscard]] bool lost(int id) const;
   /// Names of what never moves; ContactSide::index counts them.
   [[nodiscard]] std::vector<std::string> fixed_names() const;

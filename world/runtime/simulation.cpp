@@ -50,12 +50,25 @@ void Simulation::stop() {
 
 Result<api::Ticket> Simulation::submit(api::Command command) {
   if (auto ok = check(command, latest()->cell); !ok) return tl::unexpected(ok.error());
+  if (auto ok = admit_edit(command); !ok) return tl::unexpected(ok.error());
   if (api::Reset* reset = reset_to_other_scene(command)) {
     auto next = read_next_scene(*reset, core_.scene_at_start());
     if (!next) return tl::unexpected(std::move(next.error()));
     reset->next = *std::move(next);
   }
   return queue_.push(std::move(command));
+}
+
+Result<void> Simulation::admit_edit(const api::Command& command) {
+  if (!std::holds_alternative<api::SceneCommand>(command.body)) return {};
+  // Each change costs some steps. Where the client sets the pace, it alone waits for them.
+  const api::SnapshotPtr now = latest();
+  if (now->paused || !now->speed_target || now->virtual_time) return {};
+  const std::lock_guard lock(edits_mutex_);
+  if (edits_.admit(SteadyClock::now())) return {};
+  return fail(ErrorCode::kUnavailable, "scene",
+              "more than " + std::to_string(static_cast<int>(api::kMaxEditsPerSecond)) +
+                  " changes of the scene a second; try again later");
 }
 
 std::string Simulation::problem() const { return health_.problem(SteadyClock::now(), *latest()); }

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "world/api/ports/snapshot_feed.hpp"
 #include "world/api/snapshot/solver_work.hpp"
 #include "world/base/duration_histogram.hpp"
+#include "world/base/rate_limit.hpp"
 #include "world/runtime/commands/command_queue.hpp"
 #include "world/runtime/health.hpp"
 #include "world/runtime/publish/snapshot_slot.hpp"
@@ -86,6 +88,11 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   void publish();
   void write_snapshot();
 
+  /// Limits changes of a cell that goes by the wall clock. Thread: any.
+  [[nodiscard]] Result<void> admit_edit(const api::Command& command);
+
+  std::mutex edits_mutex_;
+  protocols::RateLimit edits_{api::kMaxEditsPerSecond, api::kMaxEditsAtOnce};
   CommandQueue queue_;
   SimulationCore core_;
   StepScheduler scheduler_;

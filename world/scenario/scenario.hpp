@@ -56,7 +56,7 @@ struct Fault {
   std::optional<double> for_s;                ///< absent = until it is ended
 };
 
-/// What differs from seed to seed: each value is drawn evenly from +- its bound.
+/// Variation between seeds: each value is drawn evenly from +- its bound.
 struct Variation {
   double tray_xy_m = 0, tray_yaw_rad = 0;
   double gear_yaw_rad = 0;  ///< of gears in their slots
@@ -73,7 +73,7 @@ struct Stop {
   std::optional<double> quiet_s;  ///< nothing has moved for so long
 };
 
-/// What a measure may be.
+/// The permitted range of a measure.
 struct Bound {
   std::optional<double> min, max;
 };

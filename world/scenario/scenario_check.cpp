@@ -83,7 +83,7 @@ void check_target(const yaml::Node& node, const std::string& target, faults::Tar
   }
 }
 
-/// What the runner reports while it goes on.
+/// Events that the runner reports.
 std::vector<std::string> events_of(const Scenario& scenario) {
   std::vector<std::string> out;
   for (const char* what : {"announced", "submitted", "cancelled"}) {

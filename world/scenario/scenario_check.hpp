@@ -5,7 +5,7 @@
 #include "world/base/yaml/yaml_reader.hpp"
 #include "world/scenario/scenario.hpp"
 
-/// What a scenario asks of its scene: an error at its place in the file where that is not there.
+/// Checks of a scenario against its scene. An error names its place in the file.
 namespace aprsim::scenario {
 
 /// Kit trays enough of the type, slots that it has, gears that fit.

@@ -42,8 +42,8 @@ Result<std::string> find_scenario(const std::string& name_or_file, const scene::
   for (const auto& name : names) list += (list.empty() ? "" : ", ") + name;
   const std::string near = yaml::nearest_word(name_or_file, names);
   return fail(ErrorCode::kNotFound, "scenario",
-              "scenario: found no scenario \"" + name_or_file + "\" in " + paths.scenarios +
-                  ", expected one of " + (list.empty() ? "(none there)" : list) +
+              "scenario: found no scenario \"" + name_or_file + "\", expected one of " +
+                  (list.empty() ? "(there is none)" : list) +
                   (near.empty() ? "" : " (did you mean " + near + "?)"));
 }
 

@@ -8,13 +8,13 @@
 
 namespace aprsim::scenario {
 
-/// Loads a scenario by name or by file path (anything with a slash or ending in .yaml). A scene in
-/// it that is a file is looked for beside the scenario. Errors: as scene::load_scene, with file,
-/// line, key and what was expected; what it asks of its scene is checked, too.
+/// Loads a scenario by name or by file path (anything with a slash or ending in .yaml). A scene
+/// file is relative to the scenario's directory. Errors: as scene::load_scene, with file, line, key
+/// and the expected value; the scenario's demands on its scene are checked, too.
 [[nodiscard]] Result<Scenario> load_scenario(const std::string& name_or_file,
                                              const scene::DataPaths& paths);
 
-/// What a shipped scenario is, without all that it asks for.
+/// Summary of a shipped scenario, without checks.
 struct Summary {
   std::string description;
   std::string scene_file;  ///< of the scene it is based on

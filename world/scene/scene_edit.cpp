@@ -67,7 +67,7 @@ std::vector<std::string> split(const std::string& path) {
   return keys;
 }
 
-/// What a cell that runs can take over: nothing that its state has a place for.
+/// Whether a running cell can change the value: nothing that belongs to its state.
 bool may_change(const std::vector<std::string>& keys) {
   if (std::ranges::find(keys, "") != keys.end() || keys.size() < 2) return false;
   if (keys[0] == "physics") return keys[1] != "step_s" && keys[1] != "simplification";
@@ -76,7 +76,7 @@ bool may_change(const std::vector<std::string>& keys) {
          keys[3] != "latency_s";
 }
 
-/// An entry of a list, by its name; null when there is none.
+/// The entry of a list with this name; null when there is none.
 Value* named(Value& list, const std::string& name) {
   for (Value& item : list.items) {
     const yaml::detail::Entry* entry = item.find("name");
@@ -85,7 +85,7 @@ Value* named(Value& list, const std::string& name) {
   return nullptr;
 }
 
-/// As many of everything, so that a state of one fits the other.
+/// Whether both have the same number of everything, so that states fit both.
 bool same_parts(const Scene& a, const Scene& b) {
   return a.robots.size() == b.robots.size() && a.trays.size() == b.trays.size() &&
          a.gears.size() == b.gears.size() && tools_of(a).size() == tools_of(b).size();
@@ -116,9 +116,9 @@ Result<Scene> with_value(const Scene& scene, const std::string& path, const std:
     return fail(
         ErrorCode::kInvalidArgument, "path",
         "'" + path +
-            "' is not of physics (but step_s and simplification), gear_types.TYPE, "
-            "tray_types.TYPE or robots.NAME.vision (but rate_hz and latency_s), which is all "
-            "that a running cell can change");
+            "' cannot be changed in a running cell; these values can: physics (except step_s and "
+            "simplification), gear_types.TYPE, tray_types.TYPE, robots.NAME.vision (except rate_hz "
+            "and latency_s)");
   }
   auto tree = tree_of(scene);
   if (!tree) return tl::unexpected(std::move(tree.error()));

@@ -10,12 +10,12 @@
 /// are in each other's way is not, as they are elsewhere by now.
 namespace aprsim::scene {
 
-/// With one more gear or tray, by its type: the last one of its kind.
+/// The scene with one more gear or tray of a type, the last one of its kind.
 [[nodiscard]] Result<Scene> with_body(const Scene& scene, const std::string& type,
                                       const std::string& name, const Pose& X_WB);
 
-/// With another value, as a file has it, under the path of keys; an entry of a list goes by its
-/// name. Errors: kInvalidArgument for what a running cell cannot change.
+/// The scene with another value under the path of keys; a list's entry is named. Errors:
+/// kInvalidArgument for values that a running cell cannot change.
 [[nodiscard]] Result<Scene> with_value(const Scene& scene, const std::string& path,
                                        const std::string& value);
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 
+#include "world/base/utf8.hpp"
 #include "world/base/yaml/yaml_tree.hpp"
 #include "world/scene/overlap_check.hpp"
 #include "world/scene/readers/object_reader.hpp"
@@ -20,15 +21,7 @@ using yaml::detail::Value;
 constexpr std::array<std::string_view, 4> kTypeKeys = {"pockets", "gear_types", "tray_types",
                                                        "robot_types"};
 
-/// A file of types beside the scene, else among the shipped scenes; empty when in neither place.
-fs::path find_types(const std::string& name, const std::string& scene, const std::string& shipped) {
-  for (const fs::path& directory : {fs::path(scene).parent_path(), fs::path(shipped)}) {
-    std::error_code status;
-    const fs::path path = directory / name;
-    if (fs::is_regular_file(path, status)) return path;
-  }
-  return {};
-}
+ShippedFiles shipped(const DataPaths& paths) { return {paths.scenes, paths.models}; }
 
 /// Adds the entries of a map under `key` to the one in `root`.
 void merge_map(const yaml::detail::Entry& from, Value& root) {
@@ -40,10 +33,13 @@ void merge_map(const yaml::detail::Entry& from, Value& root) {
   for (const auto& entry : from.value.entries) into->value.entries.push_back(entry);
 }
 
-Result<void> merge_types(const std::string& name, const std::string& scene, const DataPaths& paths,
-                         Value& root) {
-  const fs::path path = find_types(name, scene, paths.scenes);
-  auto text = yaml::read_text(path.empty() ? name : path.string());
+Result<void> merge_types(const std::string& name, const FileScope& scope, Value& root) {
+  const fs::path path = scope.find_types(name);
+  if (path.empty()) {
+    return fail(ErrorCode::kNotFound, "types",
+                "types: found \"" + name + "\", expected " + scope.expected_types());
+  }
+  auto text = yaml::read_text(path.string());
   if (!text) return tl::unexpected(std::move(text.error()));
   const auto types = yaml::detail::parse(*text, path.string());
   if (!types) return tl::unexpected(types.error());
@@ -55,7 +51,7 @@ Result<void> merge_types(const std::string& name, const std::string& scene, cons
 
 /// With the types that it names made its own.
 Result<std::string> whole_text(const std::string& text, const std::string& file,
-                               const DataPaths& paths);
+                               const FileScope& scope);
 
 /// Calls `change` with the path of each model that the scene names.
 template <typename Change>
@@ -68,23 +64,17 @@ void for_each_model(Value& root, const Change& change) {
 }
 
 /// Models beside the scene keep their place; shipped ones are found from everywhere.
-void make_models_absolute(const fs::path& directory, Value& root) {
-  for_each_model(root, [&directory](std::string& model) {
-    std::error_code status;
-    const fs::path path = directory / model;
-    if (fs::is_regular_file(path, status)) model = fs::absolute(path, status).string();
+void make_models_absolute(const FileScope& scope, Value& root) {
+  for_each_model(root, [&scope](std::string& model) {
+    const std::string path = scope.find_model_beside(model);
+    if (!path.empty()) model = path;
   });
 }
 
 /// One load: the scene's file, the files of types that it names, and what they hold.
 class Loader {
  public:
-  Loader(std::string file, const DataPaths& paths)
-      : file_(std::move(file)),
-        shipped_scenes_(paths.scenes),
-        model_directories_{fs::path(file_).parent_path().string(), paths.models} {
-    if (model_directories_.front().empty()) model_directories_.front() = ".";
-  }
+  Loader(std::string file, const FileScope& scope) : file_(std::move(file)), scope_(scope) {}
 
   Result<Scene> load(Result<yaml::Document> document, bool check_places = true) {
     if (!document) return tl::unexpected(std::move(document.error()));
@@ -107,37 +97,36 @@ class Loader {
     if (!node) return {};
     const std::vector<yaml::Node> names = node.is_list() ? node.items() : std::vector{node};
     for (const yaml::Node& name : names) {
-      const fs::path path = find_types(name.text(), file_, shipped_scenes_);
+      const std::string path = scope_.find_types(name.text());
       if (path.empty()) {
-        const std::string beside = fs::path(file_).parent_path().string();
-        name.unexpected("a file of types relative to the scene's directory" +
-                            (beside.empty() ? "" : ", " + beside) + ", or to " + shipped_scenes_,
-                        ErrorCode::kNotFound);
+        name.unexpected(scope_.expected_types(), ErrorCode::kNotFound);
         return {};
       }
-      auto document = yaml::Document::from_file(path.string());
+      type_files_.push_back(path);
+      auto document = yaml::Document::from_file(path);
       if (!document) return tl::unexpected(std::move(document.error()));
-      read_types(document->root().map(kTypeKeys), model_directories_, types_);
+      read_types(document->root().map(kTypeKeys), scope_, types_);
       if (document->error()) return tl::unexpected(*document->error());
     }
     return {};
   }
 
   BodyNodes read_scene(const yaml::Map& keys, Scene& scene) {
-    scene.name = fs::path(file_).stem().string();
+    scene.name = utf8::valid(fs::path(file_).stem().string());
     scene.file = file_;
     scene.seed = static_cast<std::uint64_t>(keys["seed"].integer_or(1));
     scene.physics = read_physics(keys["physics"]);
-    read_types(keys, model_directories_, types_);
+    read_types(keys, scope_, types_);
     BodyNodes nodes = read_objects(keys, types_, scene);
     scene.gear_types = types_.gears;
     scene.tray_types = types_.trays;
+    scene.type_files = type_files_;
     return nodes;
   }
 
   std::string file_;
-  std::string shipped_scenes_;
-  std::vector<std::string> model_directories_;
+  const FileScope& scope_;
+  std::vector<std::string> type_files_;
   Types types_;
 };
 
@@ -155,8 +144,8 @@ Result<std::string> find_scene(const std::string& name_or_file, const DataPaths&
   for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
   const std::string near = yaml::nearest_word(name_or_file, names);
   return fail(ErrorCode::kNotFound, "scene",
-              "scene: found no scene \"" + name_or_file + "\" in " + paths.scenes +
-                  ", expected one of " + (list.empty() ? "(none there)" : list) +
+              "scene: found no scene \"" + name_or_file + "\", expected one of " +
+                  (list.empty() ? "(there is none)" : list) +
                   (near.empty() ? "" : " (did you mean " + near + "?)"));
 }
 
@@ -168,26 +157,54 @@ Result<Scene> load_scene(const std::string& name_or_file, const DataPaths& paths
   return read_scene(*text, *file, paths);
 }
 
-Result<Scene> read_scene(const std::string& text, const std::string& file, const DataPaths& paths) {
-  auto scene = Loader(file, paths).load(yaml::Document::from_text(text, file));
+namespace {
+
+Result<Scene> read_whole(const std::string& text, const std::string& file, const FileScope& scope) {
+  auto scene = Loader(file, scope).load(yaml::Document::from_text(text, file));
   if (!scene) return scene;
-  auto whole = whole_text(text, file, paths);
+  auto whole = whole_text(text, file, scope);
   if (!whole) return tl::unexpected(std::move(whole.error()));
   scene->text = *std::move(whole);
   return scene;
 }
 
-Result<Scene> read_edited(const std::string& text, const std::string& file,
-                          const DataPaths& paths) {
-  auto scene = Loader(file, paths).load(yaml::Document::from_text(text, file), false);
+Result<Scene> read_unchecked(const std::string& text, const std::string& file,
+                             const FileScope& scope) {
+  auto scene = Loader(file, scope).load(yaml::Document::from_text(text, file), false);
   if (scene) scene->text = text;
   return scene;
+}
+
+}  // namespace
+
+Result<Scene> read_scene(const std::string& text, const std::string& file, const DataPaths& paths) {
+  return read_whole(text, file, FileScope(file, shipped(paths)));
+}
+
+Result<Scene> read_sent(const std::string& text, const std::string& file, const DataPaths& paths,
+                        KnownFiles known) {
+  return read_whole(text, file, FileScope(file, shipped(paths), std::move(known)));
+}
+
+Result<Scene> read_edited(const std::string& text, const std::string& file,
+                          const DataPaths& paths) {
+  return read_unchecked(text, file, FileScope(file, shipped(paths)));
+}
+
+Result<Scene> read_recorded(const std::string& text, const std::string& file,
+                            const DataPaths& paths, KnownFiles known) {
+  return read_unchecked(text, file, FileScope(file, shipped(paths), std::move(known)));
+}
+
+bool is_plain_name(const std::string& name) {
+  return !name.empty() && name != "." && name != ".." && name.find('/') == std::string::npos &&
+         name.find('\0') == std::string::npos;
 }
 
 Result<std::string> self_contained(const std::string& file, const DataPaths& paths) {
   auto text = yaml::read_text(file);
   if (!text) return tl::unexpected(std::move(text.error()));
-  return whole_text(*text, file, paths);
+  return whole_text(*text, file, FileScope(file, shipped(paths)));
 }
 
 Result<std::string> portable_text(const std::string& text, const std::string& file) {
@@ -200,7 +217,7 @@ Result<std::string> portable_text(const std::string& text, const std::string& fi
 namespace {
 
 Result<std::string> whole_text(const std::string& text, const std::string& file,
-                               const DataPaths& paths) {
+                               const FileScope& scope) {
   auto root = yaml::detail::parse(text, file);
   if (!root) return tl::unexpected(std::move(root.error()));
   const yaml::detail::Entry* types = root->find("types");
@@ -209,13 +226,13 @@ Result<std::string> whole_text(const std::string& text, const std::string& file,
     const std::vector<Value> all =
         names.kind == Value::Kind::kList ? names.items : std::vector{names};
     for (const Value& name : all) {
-      if (auto merged = merge_types(name.scalar, file, paths, *root); !merged) {
+      if (auto merged = merge_types(name.scalar, scope, *root); !merged) {
         return tl::unexpected(std::move(merged.error()));
       }
     }
     std::erase_if(root->entries, [](const auto& entry) { return entry.key == "types"; });
   }
-  make_models_absolute(fs::path(file).parent_path(), *root);
+  make_models_absolute(scope, *root);
   return yaml::detail::write(*root);
 }
 

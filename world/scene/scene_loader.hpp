@@ -4,6 +4,7 @@
 
 #include "world/base/result.hpp"
 #include "world/scene/data_paths.hpp"
+#include "world/scene/files/file_scope.hpp"
 #include "world/scene/model/scene.hpp"
 
 namespace aprsim::scene {
@@ -17,15 +18,25 @@ namespace aprsim::scene {
 [[nodiscard]] Result<std::string> find_scene(const std::string& name_or_file,
                                              const DataPaths& paths);
 
-/// A scene from its text; `file` is where the text belongs: it stands in messages, and what the
-/// text names by relative paths is looked for beside it.
+/// Reads a scene of the user's own from its text. `file` is the place of the text: messages name
+/// it, and the text's relative paths start in its directory.
 [[nodiscard]] Result<Scene> read_scene(const std::string& text, const std::string& file,
                                        const DataPaths& paths);
 
-/// The same of a scene that has been changed while its cell ran: whether things are in each other's
-/// way is not checked.
+/// The same of a text from outside: it may name shipped and `known` files only (FileScope).
+[[nodiscard]] Result<Scene> read_sent(const std::string& text, const std::string& file,
+                                      const DataPaths& paths, KnownFiles known);
+
+/// Reads a scene that was changed while its cell ran: overlaps are not checked.
 [[nodiscard]] Result<Scene> read_edited(const std::string& text, const std::string& file,
                                         const DataPaths& paths);
+
+/// The same of a text in a journal or saved state; see read_sent().
+[[nodiscard]] Result<Scene> read_recorded(const std::string& text, const std::string& file,
+                                          const DataPaths& paths, KnownFiles known);
+
+/// Whether a name from outside can stand in a path without leading elsewhere.
+[[nodiscard]] bool is_plain_name(const std::string& name);
 
 /// A scene file's text with the types that it names made its own, so that it can be changed as a
 /// whole and read from any place. Errors: as load_scene, of what it had to read.

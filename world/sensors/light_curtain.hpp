@@ -9,13 +9,13 @@
 
 namespace aprsim::sensors {
 
-/// Parallel beams that see what is in their way first, unified into one output: broken as soon as
-/// one beam does not reach its receiver. Thread: any, once built.
+/// Parallel beams with one output: broken while at least one beam does not reach its receiver.
+/// Thread: any, once built.
 class LightCurtain {
  public:
   explicit LightCurtain(const api::LightCurtainDescription& curtain);
 
-  /// Looks along every beam. Pure; does not allocate.
+  /// Intersects every beam with the occluders. Pure; does not allocate.
   [[nodiscard]] api::LightCurtainSnapshot look(std::span<const Occluder> occluders) const;
 
  private:

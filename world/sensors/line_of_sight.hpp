@@ -7,7 +7,7 @@
 
 #include "world/robot/model/arm_model.hpp"
 
-/// What stands in the way of a camera's sight or a sensor's beam.
+/// Occlusion of a camera's line of sight or a sensor's beam.
 namespace aprsim::sensors {
 
 using Shape = decltype(robot::LinkShape::shape);

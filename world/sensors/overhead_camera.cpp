@@ -12,7 +12,7 @@ namespace {
 /// Trays whose sides differ by less look alike at every quarter of a turn [m].
 constexpr double kSquare = 2e-3;
 
-/// Points of an object's top that a camera looks for: the middle first, then around it.
+/// Points of an object's top that a camera tests: the middle first, then around it.
 using Points = std::array<Eigen::Vector3d, 5>;
 
 Points points_of(const scene::FreeBody& body) {
@@ -66,7 +66,7 @@ void OverheadCamera::detect(std::span<const scene::FreeBody> bodies,
   if (!vision_.occlusion) occluders = {};
   Random random(seed);
   for (std::size_t i = 0; i < X_WP.size(); ++i) {
-    // Drawn for every object, seen or not: what one does must not change the others' noise.
+    // Drawn for every object, detected or not, so that no object changes the noise of others.
     const bool dropped = random.uniform() < vision_.drop_rate;
     const double dx = random.gaussian(kNoiseLimit) * vision_.position_noise_m;
     const double dy = random.gaussian(kNoiseLimit) * vision_.position_noise_m;
@@ -95,8 +95,8 @@ void OverheadCamera::detect(std::span<const scene::FreeBody> bodies,
   }
 }
 
-/// The angle reported: of an object that looks alike at several, any of them. Draws the same
-/// count of numbers whatever the object is doing.
+/// The reported angle; of a symmetric object any equivalent one. Always draws the same count of
+/// numbers.
 double OverheadCamera::mistaken_yaw(const scene::FreeBody& body, double yaw, Random& random) const {
   if (body.is_gear()) {
     return vision_.gear_yaw_rad ? *vision_.gear_yaw_rad * (2 * random.uniform() - 1) : yaw;

@@ -14,7 +14,7 @@
 
 namespace aprsim::sensors {
 
-/// Errors are normally distributed, but never larger than so many standard deviations.
+/// Errors are normally distributed, clipped at this number of standard deviations.
 inline constexpr double kNoiseLimit = 3.5;
 /// Objects that lean further than this are not recognised [rad].
 inline constexpr double kMaxTilt = 0.5235987755982988;
@@ -23,8 +23,8 @@ inline constexpr double kMaxTilt = 0.5235987755982988;
 /// systems of APRS cells do: it gives positions in the plane of the vision frame V, not images. An
 /// object is detected when its origin is in the visible area, it stands upright enough, nothing is
 /// between the camera and its middle, and no drop hits it. A gear that stands on a tray is part of
-/// the picture of that tray and does not hide it. Parallax is taken as calibrated away: the
-/// position is the true one, what the scene says of errors of calibration, and noise. Thread: one
+/// the picture of that tray and does not hide it. Parallax is assumed to be calibrated: the
+/// position is the true one with the scene's calibration errors and noise. Thread: one
 /// at a time.
 class OverheadCamera {
  public:

@@ -7,7 +7,7 @@
 namespace aprsim::sensors {
 namespace {
 
-// What the belt carries stands on it or in a tray on it; a part in a gripper is higher.
+// A carried part stands on the belt or in a tray on it; a part in a gripper is higher.
 constexpr double kCarriedHeight = 0.08;
 
 /// A cylinder about z of a body's frame B.

@@ -11,26 +11,26 @@
 
 namespace aprsim::sensors {
 
-/// What the belt's sensors see of the free bodies: light barriers straight across the belt, and the
-/// mass over it. Bodies only: arms and grippers do not break a beam. Thread: one at a time.
+/// Sensors of the belt: light barriers straight across it, and the mass over it. They detect free
+/// bodies only: arms and grippers do not break a beam. Thread: one at a time.
 class PhotoEyes {
  public:
   explicit PhotoEyes(const scene::Conveyor& conveyor);
 
   /// Whether a body at a pose is in the beam of one of the eyes.
   [[nodiscard]] bool breaks(std::size_t eye, const scene::FreeBody& body, const Pose& X_WB) const;
-  /// Whether a body stands over the belt, near enough above it to be carried.
+  /// Whether a body is over the belt, low enough to be carried.
   [[nodiscard]] bool carries(const Pose& X_WB) const;
 
-  /// From the next look on the eyes say this, whatever is in their beams; none = what they see.
+  /// From the next reading on, overrides the eyes' readings; none = as measured.
   void set_stuck(const std::array<std::optional<bool>, api::kMaxPhotoEyes>& stuck) {
     stuck_ = stuck;
   }
 
-  /// Starts to look anew at all bodies of one instant: `see` each of them, then `finish`.
+  /// Begins a reading of all bodies at one instant: `see` each of them, then `finish`.
   void begin();
   void see(const scene::FreeBody& body, const Pose& X_WB);
-  /// Counts the beams that have become broken since the last look. The first look counts none.
+  /// Counts the beams that have become broken since the last reading. The first one counts none.
   void finish();
 
   [[nodiscard]] const std::array<api::PhotoEyeSnapshot, api::kMaxPhotoEyes>& eyes() const {

@@ -30,7 +30,7 @@ VisionFeed::VisionFeed(const scene::Vision& vision, const Eigen::Isometry3d& X_W
 void VisionFeed::expose(std::uint64_t step, std::span<const scene::FreeBody> bodies,
                         std::span<const Eigen::Isometry3d> X_WP,
                         std::span<const Occluder> occluders) {
-  // Frames are numbered through, so that each has the same noise whatever came before.
+  // Consecutive numbers give each frame the same noise, whatever preceded it.
   ++exposures_;
   if (faults_ && faults_->outage) return;
   Pending& pending = ring_[(first_ + count_) % ring_.size()];

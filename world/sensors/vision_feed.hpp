@@ -12,26 +12,26 @@
 
 namespace aprsim::sensors {
 
-/// One camera in simulated time: an exposure each period, whose frame comes out a latency later.
-/// The exposure at step 0 is out at once, as of a camera that has run for a while. Frame n of a
-/// seed is the same whenever the cell is. No call but the constructor and set_faults() allocates
-/// while nothing is wrong. Thread: sim.
+/// One camera in simulated time: one exposure each period, whose frame is published after a
+/// latency. The frame of step 0 is published at once, as by a camera that was running before. Frame
+/// n of a seed is the same if the cell is. Without faults, no call but the constructor and
+/// set_faults() allocates. Thread: sim.
 class VisionFeed {
  public:
   /// Period and latency are rounded to whole steps.
   VisionFeed(const scene::Vision& vision, const Eigen::Isometry3d& X_WR, SimTime step_size,
              std::uint64_t seed, std::size_t body_count);
 
-  /// True if there is an exposure at this step, which then has to be made.
+  /// Whether expose() is due at this step.
   [[nodiscard]] bool due(std::uint64_t step) const { return step % period_steps_ == 0; }
   void expose(std::uint64_t step, std::span<const scene::FreeBody> bodies,
               std::span<const Eigen::Isometry3d> X_WP, std::span<const Occluder> occluders);
-  /// From the next exposure on; null = nothing is wrong.
+  /// Sets the faults from the next exposure on; null = none.
   void set_faults(std::shared_ptr<const CameraFaults> faults);
-  /// Gives out what has become old enough. Once a step, after any exposure.
+  /// Publishes the frames whose latency is over. Once a step, after any exposure.
   void advance(std::uint64_t step);
 
-  /// Bodies have other numbers now; each old one's new one.
+  /// Renumbers bodies: `new_of` has the new number of each old one.
   void renumber(std::span<const int> new_of);
 
   [[nodiscard]] const api::VisionFrame& latest() const { return latest_; }
@@ -44,6 +44,10 @@ class VisionFeed {
            latest, faults, frozen] = self;
     io(seed, exposures, ring, first, count, latest, faults, frozen);
     io.require(first < ring.size() && count <= ring.size(), "a frame beyond those that wait");
+  }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.require(ring_.size() <= 100'000, "more frames than a camera keeps");
   }
 
  private:
@@ -67,7 +71,7 @@ class VisionFeed {
   std::size_t first_ = 0, count_ = 0;  ///< of the ring
   api::VisionFrame latest_;
   std::shared_ptr<const CameraFaults> faults_;
-  std::vector<api::VisionDetection> frozen_;  ///< what a frozen camera shows
+  std::vector<api::VisionDetection> frozen_;  ///< detections of a frozen camera
 };
 
 }  // namespace aprsim::sensors

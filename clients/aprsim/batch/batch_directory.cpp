@@ -2,16 +2,15 @@
 
 #include <algorithm>
 #include <charconv>
-#include <fcntl.h>
 #include <fstream>
 #include <iterator>
 #include <string_view>
-#include <unistd.h>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "clients/aprsim/batch/seeds.hpp"
+#include "world/base/files/draft_file.hpp"
 
 namespace aprsim::client {
 namespace {
@@ -84,21 +83,12 @@ std::string BatchDirectory::journal(std::uint64_t seed) const {
 }
 
 Outcome<void> BatchDirectory::write(const std::string& name, const std::string& text) const {
-  // Another batch may write into the same directory by mistake: names differ by process.
-  const fs::path file = path_ / name, part = path_ / fmt::format("{}.{}.part", name, getpid());
-  const auto fail_with = [&] {
-    std::error_code ignored;
-    fs::remove(part, ignored);
-    return failed(FailureKind::kUsage, "cannot write " + file.string());
-  };
+  const fs::path place = path_ / name;
   std::error_code status;
-  fs::create_directories(file.parent_path(), status);
-  {
-    std::ofstream out(part, std::ios::binary);
-    if (!(out << text << std::flush)) return fail_with();
-  }
-  fs::rename(part, file, status);
-  if (status) return fail_with();
+  fs::create_directories(place.parent_path(), status);
+  files::DraftFile file(place.string());
+  file.out() << text;
+  if (auto done = file.commit(); !done) return failed(FailureKind::kUsage, done.error().message);
   return {};
 }
 
@@ -194,7 +184,7 @@ Outcome<Batch> merge(const std::vector<Batch>& batches, const std::vector<std::s
       const auto& [known, added] = out.episodes.emplace(seed, episode);
       if (!added && !(known->second == episode)) {
         return failed(FailureKind::kCheck,
-                      fmt::format("{}: seed {} ended otherwise elsewhere ({}, state {}; {}, state "
+                      fmt::format("{}: seed {} has different results ({}, state {}; {}, state "
                                   "{})",
                                   names[i], seed, episode.ended, episode.state_hash,
                                   known->second.ended, known->second.state_hash));

@@ -11,7 +11,8 @@ namespace {
 
 constexpr double kUpperTail = 0.975;  // of a two-sided interval of 95 %
 
-/// Of sorted values.
+}  // namespace
+
 double value_at(const std::vector<double>& sorted, double share) {
   const double at = share * static_cast<double>(sorted.size() - 1);
   const auto below = static_cast<std::size_t>(at);
@@ -19,13 +20,14 @@ double value_at(const std::vector<double>& sorted, double share) {
   return sorted[below] + (at - static_cast<double>(below)) * (sorted[above] - sorted[below]);
 }
 
-}  // namespace
-
 Distribution distribution_of(std::vector<double> values) {
   std::ranges::sort(values);
   const auto n = static_cast<double>(values.size());
   Distribution out{.count = values.size()};
-  for (const double value : values) out.mean += value / n;
+  // Relative to the least value, so that equal values have an exact mean and no deviation.
+  double beyond = 0;
+  for (const double value : values) beyond += value - values.front();
+  out.mean = values.front() + beyond / n;
   double squares = 0;
   for (const double value : values) squares += (value - out.mean) * (value - out.mean);
   double reach = 0;

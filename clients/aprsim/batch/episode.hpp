@@ -13,24 +13,21 @@
 
 namespace aprsim::client {
 
-/// What success is called among outcomes.
-inline constexpr const char* kAsExpected = "as_expected";
-
-/// One run of a batch, as it is kept. Nothing in it tells of the wall clock.
+/// The stored result of one run of a batch. It holds no wall-clock time.
 struct Episode {
   std::uint64_t seed = 0;
   bool as_expected = false;
   std::string ended;                     ///< why
   std::string state_hash;                ///< of the cell at the end
-  std::vector<std::string> broken;       ///< bounds that were not kept: "drops 1, expected 0"
-  std::map<std::string, double> values;  ///< by measure; absent = nothing to tell
-  std::map<std::string, double> drawn;   ///< what varied, by its name with its unit
+  std::vector<std::string> broken;       ///< violated bounds: "drops 1, expected 0"
+  std::map<std::string, double> values;  ///< by measure; absent = not measured
+  std::map<std::string, double> drawn;   ///< varied parameters, by name with unit
   bool operator==(const Episode&) const = default;
 };
 
 [[nodiscard]] Episode episode_of(const RunResult& run, const scenario::Plan& plan);
 [[nodiscard]] nlohmann::ordered_json episode_json(const Episode& episode);
-/// Failure: kUsage when it is no episode.
+/// Failure: kUsage for JSON that is no episode.
 [[nodiscard]] Outcome<Episode> episode_of(const nlohmann::json& json);
 
 }  // namespace aprsim::client

@@ -11,6 +11,7 @@
 
 #include "clients/aprsim/batch/distribution.hpp"
 #include "clients/aprsim/batch/significance.hpp"
+#include "clients/aprsim/scenario/measure_text.hpp"
 #include "world/scenario/measure_kinds.hpp"
 
 namespace aprsim::client {
@@ -32,7 +33,7 @@ const char* word_of(Change change) {
   return "";
 }
 
-/// Values of a measure, and of those that are pairs both.
+/// Values of a measure in both reports, and the differences of pairs.
 struct Values {
   std::vector<double> before, after, differences;
 };
@@ -90,13 +91,6 @@ std::size_t pairs_of(const ComparedReport& before, const ComparedReport& after) 
       after.episodes, [&](const Episode& episode) { return seeds.contains(episode.seed); }));
 }
 
-/// Which way is better; 0 = neither.
-int better_side(const std::string& outcome) {
-  if (outcome == kAsExpected) return 1;
-  const auto* kind = scenario::find_measure(outcome);
-  return kind == nullptr ? 0 : kind->better;
-}
-
 }  // namespace
 
 Outcome<ComparedReport> read_report(const std::string& path) {
@@ -109,7 +103,7 @@ Outcome<ComparedReport> read_report(const std::string& path) {
   const auto json = nlohmann::json::parse(in, nullptr, /*allow_exceptions=*/false);
   const auto each = json.is_object() ? json.find("each") : json.end();
   if (!json.is_object() || each == json.end() || !each->is_array()) {
-    return failed(FailureKind::kUsage, file + " is no report of a batch");
+    return failed(FailureKind::kUsage, file + " is not a batch report");
   }
   ComparedReport out{.scenario = json.value("scenario", ""),
                      .controller = json.value("controller", ""),
@@ -131,7 +125,7 @@ ReportDifference compare(const ComparedReport& before, const ComparedReport& aft
   ReportDifference out{
       .before = before.episodes.size(), .after = after.episodes.size(), .alpha = alpha};
   out.pairs = before.fingerprint == after.fingerprint ? pairs_of(before, after) : 0;
-  // Runs without a partner would be left out: only where nearly all have one.
+  // A paired test ignores runs without a partner, so nearly all must have one.
   out.paired = out.pairs >= kLeastPairs && 10 * out.pairs >= 9 * std::max(out.before, out.after);
   out.outcomes.push_back(difference_of_success(before, after, out.paired));
   for (const auto& kind : scenario::measure_kinds()) {
@@ -159,17 +153,19 @@ ReportDifference compare(const ComparedReport& before, const ComparedReport& aft
 
 std::string difference_table(const ReportDifference& difference) {
   std::string out =
-      fmt::format("{} runs before, {} after, {}\n\n{:<28} {:>12} {:>12} {:>10} {:>10}\n",
+      fmt::format("{} runs before, {} after, {}\n\n{:<28} {:>6} {:>12} {:>12} {:>10} {:>10}\n",
                   difference.before, difference.after,
                   difference.paired ? fmt::format("{} pairs of equal seeds", difference.pairs)
                                     : std::string("compared as two samples"),
-                  "outcome", "before", "after", "p", "adjusted");
+                  "outcome", "better", "before", "after", "p", "adjusted p");
   for (const OutcomeDifference& one : difference.outcomes) {
-    out += fmt::format("{:<28} {:>12.5g} {:>12.5g} {:>10.2g} {:>10.2g}  {}\n", one.outcome,
-                       one.before, one.after, one.p, one.p_adjusted, word_of(one.change));
+    out += fmt::format("{:<28} {:>6} {:>12.5g} {:>12.5g} {:>10.2g} {:>10.2g}  {}\n",
+                       measure_title(one.outcome), better_text(one.outcome), one.before, one.after,
+                       one.p, one.p_adjusted, word_of(one.change));
   }
-  return out + fmt::format("\n{}: at a level of {:g}, adjusted for all outcomes\n",
-                           difference.is_regression() ? "worse" : "not worse", difference.alpha);
+  return out +
+         fmt::format("\n{} at a significance level of {:g}, adjusted for all outcomes (Holm)\n",
+                     difference.is_regression() ? "worse" : "not worse", difference.alpha);
 }
 
 nlohmann::ordered_json difference_json(const ReportDifference& difference) {

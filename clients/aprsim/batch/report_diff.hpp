@@ -11,13 +11,13 @@
 
 namespace aprsim::client {
 
-/// A report as far as it is compared.
+/// The compared part of a report.
 struct ComparedReport {
   std::string scenario, controller, fingerprint;
   std::vector<Episode> episodes;  ///< by rising seed
 };
 
-/// Reads report.json, of a directory or the file itself. Failure: kUsage.
+/// Reads report.json, given the file or its directory. Failure: kUsage.
 [[nodiscard]] Outcome<ComparedReport> read_report(const std::string& path);
 
 enum class Change { kNone, kBetter, kWorse, kOther };
@@ -25,14 +25,14 @@ enum class Change { kNone, kBetter, kWorse, kOther };
 /// One outcome in both reports.
 struct OutcomeDifference {
   std::string outcome;            ///< "as_expected", or a measure
-  double before = 0, after = 0;   ///< means; of as_expected shares
-  double p = 1, p_adjusted = 1;   ///< for any false finding at all
-  Change change = Change::kNone;  ///< significant, and which way
+  double before = 0, after = 0;   ///< means; the success rate for as_expected
+  double p = 1, p_adjusted = 1;   ///< adjusted for the family-wise error rate
+  Change change = Change::kNone;  ///< direction of a significant change
 };
 
 struct ReportDifference {
   bool paired = false;    ///< the same seeds of the same scenario are compared run by run
-  std::size_t pairs = 0;  ///< of them
+  std::size_t pairs = 0;  ///< number of pairs
   std::size_t before = 0, after = 0;  ///< runs
   double alpha = 0.05;
   std::vector<OutcomeDifference> outcomes;
@@ -40,8 +40,8 @@ struct ReportDifference {
   [[nodiscard]] bool is_regression() const;
 };
 
-/// Success and every measure that both have, each with a test of significance: of pairs McNemar's
-/// and Wilcoxon's signed ranks, else Fisher's and Mann and Whitney's.
+/// Compares success and every common measure with a significance test: McNemar's and Wilcoxon's
+/// signed-rank test for pairs, else Fisher's and Mann and Whitney's.
 [[nodiscard]] ReportDifference compare(const ComparedReport& before, const ComparedReport& after,
                                        double alpha);
 [[nodiscard]] std::string difference_table(const ReportDifference& difference);

@@ -15,8 +15,10 @@
 #include <fmt/format.h>
 
 #include "clients/aprsim/batch/batch_report.hpp"
+#include "clients/aprsim/batch/batch_results.hpp"
 #include "clients/aprsim/cli/interruption.hpp"
 #include "clients/aprsim/scenario/batch_worker.hpp"
+#include "world/base/utf8.hpp"
 #include "world/scenario/plan.hpp"
 #include "world/scenario/scenario_reader.hpp"
 
@@ -27,10 +29,10 @@ namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 using SteadyClock = std::chrono::steady_clock;
 
-constexpr auto kReportPeriod = 5s;  // between two reports of what is done so far, at least
-constexpr int kReportShare = 20;    // of the time that may be spent on them, one part
-constexpr auto kBarPeriod = 200ms;  // of a bar that is written in place
-constexpr auto kLinePeriod = 10s;   // of lines one after the other
+constexpr auto kReportPeriod = 5s;  // least time between two reports
+constexpr int kReportShare = 20;    // reports take at most one part in so many of the time
+constexpr auto kBarPeriod = 200ms;  // of a bar that is updated in place
+constexpr auto kLinePeriod = 10s;   // of single lines
 constexpr std::size_t kBarLength = 24;
 
 double seconds(SteadyClock::duration span) { return std::chrono::duration<double>(span).count(); }
@@ -50,7 +52,7 @@ struct Task {
   unsigned tries = 0;  ///< so far
 };
 
-/// The seeds that are left and the results, which the workers share. Thread: any.
+/// The remaining seeds and the results, shared by the workers. Thread: any.
 class Work {
  public:
   Work(BatchDirectory& directory, Batch batch, const BatchOptions& options)
@@ -61,10 +63,10 @@ class Work {
     wanted_ = tasks_.size();
   }
 
-  /// The next seed; none when all are done or somebody wants an end.
+  /// The next seed; absent when all are done or an end is requested.
   std::optional<Task> next() {
     std::unique_lock lock(mutex_);
-    // A seed that another worker has may come back.
+    // Another worker may return its seed.
     changed_.wait(lock, [&] { return !tasks_.empty() || under_way_ == 0 || ending_; });
     if (tasks_.empty() || ending_) return std::nullopt;
     const Task task = tasks_.front();
@@ -124,7 +126,7 @@ class Work {
     const std::lock_guard lock(mutex_);
     return batch_;
   }
-  /// After the last worker has ended.
+  /// Call after the last worker has ended.
   BatchOutcome result() {
     return {.batch = std::move(batch_),
             .attempts = std::move(attempts_),
@@ -153,14 +155,15 @@ class Work {
   const unsigned most_tries_;
 };
 
-/// One seed after the other, with programs that stay.
+/// Runs one seed after the other with the same programs.
 void work_off(const scenario::Scenario& scenario, const BatchOptions& options, unsigned number,
               Work& work) {
   BatchWorker worker(
       scenario,
       {.controller = options.controller,
        .again = options.again,
-       .directory = (fs::path(options.directory) / "stations" / std::to_string(number)).string()});
+       .directory = (fs::path(options.directory) / "stations" / std::to_string(number)).string(),
+       .patience = options.patience});
   const auto paths = scene::default_data_paths();
   while (const auto task = work.next()) {
     const auto plan = scenario::plan(scenario, task->seed, paths);
@@ -177,10 +180,10 @@ void work_off(const scenario::Scenario& scenario, const BatchOptions& options, u
   }
 }
 
-/// Tells how far a batch is.
+/// Shows the progress of a batch.
 class Progress {
  public:
-  /// Where it is not in place, short batches have none.
+  /// Short batches show none unless in place.
   Progress(std::ostream* out, bool in_place)
       : out_(out), in_place_(in_place), due_(began_ + (in_place ? 0s : kLinePeriod)) {}
 
@@ -203,7 +206,7 @@ class Progress {
           static_cast<double>(view.wanted - view.finished) / std::max(1e-9, rate) + 0.5);
       text += fmt::format(", {}:{:02} left", left_s / 60, left_s % 60);
     }
-    if (view.again > 0) text += fmt::format(", {} tried again", view.again);
+    if (view.again > 0) text += fmt::format(", {} repeated", view.again);
     if (view.given_up > 0) text += fmt::format(", {} given up", view.given_up);
     *out_ << text << (in_place_ ? (last ? "\033[K\n" : "\033[K") : "\n") << std::flush;
   }
@@ -215,48 +218,49 @@ class Progress {
   SteadyClock::time_point due_;
 };
 
-/// The worst episodes once more, each with its journal. What ends otherwise is no journal of it.
+/// Reruns the worst seeds to record their journals. A rerun with another final state is a failure.
 Outcome<void> make_journals(const scenario::Scenario& scenario, const BatchOptions& options,
                             const BatchDirectory& directory, BatchOutcome& outcome) {
   const auto paths = scene::default_data_paths();
   std::error_code status;
   fs::create_directories(directory.path() / "journals", status);
-  for (const WorstEpisode& worst : worst_of(outcome.batch, options.journals)) {
-    if (worst.journal || interruption::noted()) continue;
-    const auto plan = scenario::plan(scenario, worst.seed, paths);
+  for (const std::uint64_t seed : worst_seeds(outcome.batch, options.journals)) {
+    if (std::ranges::binary_search(outcome.batch.journals, seed) || interruption::requested())
+      continue;
+    const auto plan = scenario::plan(scenario, seed, paths);
     if (!plan) continue;
-    const std::string journal = directory.journal(worst.seed), part = journal + ".part";
+    const std::string journal = directory.journal(seed), part = journal + ".part";
     fs::remove(part, status);
     Outcome<RunResult> run;
     {
       BatchWorker worker(scenario, {.controller = options.controller,
                                     .again = options.again,
                                     .directory = (directory.path() / "stations/journal").string(),
-                                    .journal = part});
+                                    .journal = part,
+                                    .patience = options.patience});
       run = worker.run(*plan, {});
     }
     if (!run) {
-      outcome.attempts.last_causes.emplace_back(worst.seed, "its journal: " + run.error().message);
+      outcome.attempts.last_causes.emplace_back(seed, "journal: " + run.error().message);
       continue;
     }
-    if (run->state_hash != outcome.batch.episodes.at(worst.seed).state_hash) {
-      return failed(
-          FailureKind::kCheck,
-          fmt::format("seed {} ended in state {}, and in {} when it was run again", worst.seed,
-                      outcome.batch.episodes.at(worst.seed).state_hash, run->state_hash));
+    if (run->state_hash != outcome.batch.episodes.at(seed).state_hash) {
+      return failed(FailureKind::kCheck,
+                    fmt::format("seed {} ended in state {}, and in {} when it was rerun", seed,
+                                outcome.batch.episodes.at(seed).state_hash, run->state_hash));
     }
     fs::rename(part, journal, status);
     if (status) return failed(FailureKind::kUsage, "cannot write " + journal);
     auto& journals = outcome.batch.journals;
-    journals.insert(std::ranges::upper_bound(journals, worst.seed), worst.seed);
+    journals.insert(std::ranges::upper_bound(journals, seed), seed);
   }
   return {};
 }
 
-/// Runs the seeds that are left, and writes a report now and then.
+/// Runs the remaining seeds and rewrites the report every few seconds.
 void run_workers(const scenario::Scenario& scenario, const BatchOptions& options,
                  BatchDirectory& directory, Work& work, Progress bar) {
-  // Ends with the last of them.
+  // Joins with the last worker.
   std::vector<std::jthread> workers;
   const std::size_t count = std::min<std::size_t>(options.jobs, work.view().wanted);
   for (unsigned number = 1; number <= count; ++number) {
@@ -266,7 +270,7 @@ void run_workers(const scenario::Scenario& scenario, const BatchOptions& options
   std::size_t reported = 0;
   while (!work.view().over) {
     interruption::sleep_until(SteadyClock::now() + 50ms);
-    if (interruption::noted()) work.stop();
+    if (interruption::requested()) work.stop();
     bar.tell(work.view(), false);
     const auto now = SteadyClock::now();
     if (now < report_due || work.view().finished == reported) continue;
@@ -288,13 +292,14 @@ Outcome<BatchOutcome> run_batch(const BatchOptions& options, std::ostream* progr
   const auto scenario = scenario::load_scenario(options.scenario, scene::default_data_paths());
   if (!scenario) return failed(FailureKind::kUsage, scenario.error().message);
   BatchDirectory directory(options.directory);
-  auto begun = directory.begin(
-      {.scenario = scenario->name,
-       .description = scenario->description,
-       .controller = options.controller.empty() ? scenario->program : options.controller,
-       .version = APRSIM_VERSION,
-       .fingerprint = fingerprint_of(*scenario)},
-      options.seeds);
+  auto begun =
+      directory.begin({.scenario = utf8::valid(scenario->name),
+                       .description = utf8::valid(scenario->description),
+                       .controller = options.controller.empty() ? scenario->program
+                                                                : utf8::valid(options.controller),
+                       .version = APRSIM_VERSION,
+                       .fingerprint = fingerprint_of(*scenario)},
+                      options.seeds);
   if (!begun) return tl::unexpected(begun.error());
   Work work(directory, std::move(*begun), options);
   run_workers(*scenario, options, directory, work, Progress(progress, in_place));
@@ -304,8 +309,8 @@ Outcome<BatchOutcome> run_batch(const BatchOptions& options, std::ostream* progr
     const interruption::Cleanup cleanup;
     static_cast<void>(write_report(outcome.batch, directory));
     return client::failed(FailureKind::kInterrupted,
-                          fmt::format("interrupted; {} of {} seeds are done, and the same command "
-                                      "goes on with the others",
+                          fmt::format("interrupted; {} of {} seeds are done; repeat the command "
+                                      "to continue",
                                       outcome.batch.episodes.size(), outcome.batch.seeds.size()));
   }
   if (failure) return tl::unexpected(*failure);
@@ -316,7 +321,7 @@ Outcome<BatchOutcome> run_batch(const BatchOptions& options, std::ostream* progr
     return tl::unexpected(written.error());
   }
   if (auto kept = directory.keep(outcome.attempts); !kept) return tl::unexpected(kept.error());
-  // Logs of workers are for those that failed.
+  // Only failed workers keep their logs.
   std::error_code ignored;
   if (outcome.given_up.empty()) fs::remove_all(directory.path() / "stations", ignored);
   outcome.wall_s = seconds(SteadyClock::now() - began);

@@ -10,21 +10,22 @@ namespace aprsim::client {
 
 inline constexpr std::size_t kMaxSeeds = 1'000'000;
 
-/// "1..1000", "7", "1..10,20,30..40": rising, each once; nothing when the text says something else,
-/// or more than kMaxSeeds.
+/// Parses "1..1000", "7", "1..10,20,30..40" to rising, distinct seeds; absent for another text or
+/// more than kMaxSeeds.
 [[nodiscard]] std::optional<std::vector<std::uint64_t>> parse_seeds(const std::string& text);
-/// The same the other way round: "1..1000"; empty = "none".
+/// Formats seeds as "1..1000"; no seeds as "none".
 [[nodiscard]] std::string seeds_text(const std::vector<std::uint64_t>& seeds);
 
-/// Of seeds that are divided among `count` tasks the share of one.
+/// One of `count` shards of a list of seeds.
 struct Shard {
   std::size_t index = 0;  ///< from 0
   std::size_t count = 1;
   bool operator==(const Shard&) const = default;
 };
-/// "3/10"; nothing when the text says something else.
+/// Parses "3/10"; absent for another text.
 [[nodiscard]] std::optional<Shard> parse_shard(const std::string& text);
-/// Every `count`-th one: each seed is in exactly one shard, and shards differ by one seed at most.
+/// The seeds of a shard, every `count`-th one. Each seed is in exactly one shard, and shards differ
+/// by one seed at most.
 [[nodiscard]] std::vector<std::uint64_t> share_of(const std::vector<std::uint64_t>& seeds,
                                                   const Shard& shard);
 

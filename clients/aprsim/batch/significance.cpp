@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 
 #include <boost/math/distributions/binomial.hpp>
@@ -13,7 +14,7 @@ namespace aprsim::client {
 namespace {
 
 constexpr std::size_t kMostExact = 50;  // differences
-constexpr double kSlack = 1e-7;         // as likely as what was observed, but for rounding
+constexpr double kSlack = 1e-7;         // relative tolerance of equal likelihoods
 
 struct Ranks {
   std::vector<double> of;  ///< from 1; ties at their mean
@@ -43,8 +44,7 @@ double of_normal(double distance, double deviation) {
   return std::min(1.0, 2 * boost::math::cdf(boost::math::complement(boost::math::normal(), z)));
 }
 
-/// The distribution of the sum of ranks with positive signs, each sign as likely as the other, of
-/// ranks in halves.
+/// Distribution of the sum of positive ranks under random signs; ranks in halves.
 double exact_signed_rank(const std::vector<double>& ranks, double positive) {
   std::vector<int> halves;
   for (const double rank : ranks) halves.push_back(static_cast<int>(std::lround(2 * rank)));
@@ -70,7 +70,7 @@ Correlation rank_correlation(std::span<const double> x, std::span<const double> 
   if (x.size() < 4) return {};
   const Ranks a = ranks_of(x), b = ranks_of(y);
   const double mean = (n + 1) / 2;
-  // In the order of x, so that the pairs' own order makes no difference.
+  // Sorted by x, so that the order of the pairs does not affect the result.
   std::vector<std::pair<double, double>> pairs;
   for (std::size_t i = 0; i < x.size(); ++i) pairs.emplace_back(a.of[i] - mean, b.of[i] - mean);
   std::ranges::sort(pairs);
@@ -134,7 +134,7 @@ double rank_sum(std::span<const double> a, std::span<const double> b) {
   std::vector<double> all(a.begin(), a.end());
   all.insert(all.end(), b.begin(), b.end());
   const Ranks ranks = ranks_of(all);
-  const double sum = std::accumulate(ranks.of.begin(), ranks.of.begin() + a.size(), 0.0);
+  const double sum = std::accumulate(ranks.of.begin(), ranks.of.begin() + std::ssize(a), 0.0);
   const double total = n + m;
   const double variance = n * m / 12 * (total + 1 - ranks.ties / (total * (total - 1)));
   return of_normal(sum - n * (total + 1) / 2, std::sqrt(std::max(0.0, variance)));

@@ -11,7 +11,7 @@ std::vector<std::string> choices(const OptionInfo& option) {
   for (std::size_t begin = 0; begin <= option.value.size();) {
     const std::size_t end = std::min(option.value.find('|', begin), option.value.size());
     std::string word = option.value.substr(begin, end - begin);
-    // A placeholder is in capitals.
+    // Placeholders are in capitals.
     if (std::ranges::any_of(word, [](unsigned char c) { return std::islower(c) != 0; })) {
       words.push_back(std::move(word));
     }

@@ -5,17 +5,17 @@
 
 namespace aprsim::client {
 
-/// An option, a flag or an argument without a name.
+/// An option, a flag or a positional argument.
 struct OptionInfo {
-  std::vector<std::string> names;  ///< with their dashes; none for what has no name
-  /// Of what it takes: a placeholder, or the words it can be with | between; empty for a flag.
+  std::vector<std::string> names;  ///< with their dashes; empty for a positional argument
+  /// Placeholder of its value, or its words separated by |; empty for a flag.
   std::string value;
   bool positional = false;
   bool required = false;
   std::string help;
 };
 
-/// A command with its options and the commands below it.
+/// A command with its options and subcommands.
 struct CommandInfo {
   std::string name;
   std::string path;  ///< from the program's name on
@@ -24,11 +24,10 @@ struct CommandInfo {
   std::vector<CommandInfo> commands;
 };
 
-/// The whole command line as the parser knows it. Options of the program itself may follow every
-/// command.
+/// The whole command line of the parser. Options of the program itself may follow every command.
 [[nodiscard]] CommandInfo command_tree();
 
-/// The words that an option's value can be; none when it is anything else.
+/// The allowed words of an option's value; empty when it is not a choice of words.
 [[nodiscard]] std::vector<std::string> choices(const OptionInfo& option);
 
 }  // namespace aprsim::client

@@ -12,7 +12,7 @@ struct ExitCode {
   std::string_view meaning;
 };
 
-/// Every way in which the program ends.
+/// All exit codes of the program.
 inline constexpr std::array kExitCodes{
     ExitCode{0, "done as asked"},
     ExitCode{1,
@@ -26,7 +26,7 @@ inline constexpr std::array kExitCodes{
              "stopped; a second Ctrl-C leaves at once"},
 };
 
-/// What the program ends with after a failure.
+/// The exit code of a failure.
 [[nodiscard]] constexpr int exit_code(FailureKind kind) {
   switch (kind) {
     case FailureKind::kUnauthenticated:

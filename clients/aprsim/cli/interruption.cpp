@@ -13,7 +13,7 @@
 namespace aprsim::client::interruption {
 namespace {
 
-// All that the handler touches: it runs in any thread at any time.
+// State of the handler, which runs in any thread at any time.
 std::atomic<int> holds = 0;
 std::atomic<int> cleanups = 0;
 std::atomic<int> first_signal = 0;
@@ -29,7 +29,7 @@ extern "C" void on_signal(int signal) {
   const int saved_errno = errno;
   int none = 0;
   const bool is_first = first_signal.compare_exchange_strong(none, signal);
-  // A broken pipe breaks again at the next line: that is nobody's wish to leave at once.
+  // Every further line on a broken pipe raises SIGPIPE again; that is no request to exit at once.
   if (holds == 0 || (!is_first && signal != SIGPIPE)) {
     if (signal == SIGTERM) _exit(kExitCode);
     die_of(signal);
@@ -62,12 +62,12 @@ Hold::~Hold() { --holds; }
 Cleanup::Cleanup() { ++cleanups; }
 Cleanup::~Cleanup() { --cleanups; }
 
-bool noted() { return happened() && cleanups == 0; }
+bool requested() { return happened() && cleanups == 0; }
 
 bool happened() { return first_signal != 0; }
 
 void sleep_until(std::chrono::steady_clock::time_point time) {
-  while (!noted()) {
+  while (!requested()) {
     const auto left =
         std::chrono::ceil<std::chrono::milliseconds>(time - std::chrono::steady_clock::now());
     if (left.count() <= 0) return;
@@ -76,7 +76,7 @@ void sleep_until(std::chrono::steady_clock::time_point time) {
   }
 }
 
-int leave() {
+int exit_process() {
   if (first_signal == SIGINT) die_of(SIGINT);
   return kExitCode;
 }

@@ -2,19 +2,19 @@
 
 #include <chrono>
 
-/// Ctrl-C and its like for a client that sets machines in motion: what moves is stopped before the
-/// program leaves. Calls of the client library are cancelled by noted(). The signals are SIGINT,
-/// SIGTERM, SIGHUP, and SIGPIPE (nobody reads the output any more).
+/// Interruption of a client that moves machines: motion is stopped before the program exits.
+/// requested() cancels calls of the client library. The signals are SIGINT, SIGTERM, SIGHUP, and
+/// SIGPIPE (the reader of the output is gone).
 namespace aprsim::client::interruption {
 
-/// The exit code that a shell shows for a program that Ctrl-C ended.
+/// The exit code that a shell reports after Ctrl-C.
 inline constexpr int kExitCode = 130;
 
-/// Takes the signals over; SIGHUP stays ignored where it is (nohup). Outside a Hold each ends the
-/// process at once. Once, before there are other threads.
+/// Installs the handlers; an ignored SIGHUP stays ignored (nohup). Outside a Hold a signal ends
+/// the process at once. Call once, before other threads start.
 void install();
 
-/// While one lives, the first signal is only noted; a second one ends the process at once.
+/// While one exists, the first signal only sets requested(); a second one ends the process at once.
 class Hold {
  public:
   Hold();
@@ -23,8 +23,8 @@ class Hold {
   Hold& operator=(const Hold&) = delete;
 };
 
-/// While one lives, noted() is false and waits last as long as they should: for what is still to be
-/// done after an interruption.
+/// While one exists, requested() is false and waits are not cut short: for cleaning up after an
+/// interruption.
 class Cleanup {
  public:
   Cleanup();
@@ -33,16 +33,16 @@ class Cleanup {
   Cleanup& operator=(const Cleanup&) = delete;
 };
 
-/// Whether a signal has come that nothing has been done about yet.
-[[nodiscard]] bool noted();
-/// Whether one has come at all.
+/// Whether a signal has arrived that was not handled yet.
+[[nodiscard]] bool requested();
+/// Whether any signal has arrived.
 [[nodiscard]] bool happened();
 
-/// Sleeps, at most until noted().
+/// Sleeps, but not beyond requested().
 void sleep_until(std::chrono::steady_clock::time_point time);
 
-/// The end of a process that was interrupted, after its cleaning up. One interrupted by SIGINT dies
-/// of it, as its shell must see to end a loop around it too; otherwise returns the exit code.
-[[nodiscard]] int leave();
+/// Ends an interrupted process after its clean-up. After SIGINT it kills itself with SIGINT, so
+/// that a shell ends its loop, too; otherwise it returns the exit code.
+[[nodiscard]] int exit_process();
 
 }  // namespace aprsim::client::interruption

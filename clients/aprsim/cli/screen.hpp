@@ -4,10 +4,10 @@
 
 namespace aprsim::client {
 
-/// What standard output and standard error are connected to.
+/// Properties of standard output and standard error.
 struct Screen {
-  bool live = false;  ///< standard output is a terminal whose lines can be written over
-  Paint out, err;     ///< colours, where there is a terminal and NO_COLOR is not set
+  bool live = false;  ///< standard output is a terminal whose lines can be rewritten
+  Paint out, err;     ///< colours, on terminals unless NO_COLOR is set
 
   /// Of this process.
   [[nodiscard]] static Screen of_process();

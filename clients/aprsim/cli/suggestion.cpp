@@ -26,7 +26,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }
 
 std::optional<std::string> nearest(std::string_view word, std::span<const std::string> candidates) {
-  constexpr std::size_t kLongest = 64;  // no name is; what is typed may be anything
+  constexpr std::size_t kLongest = 64;  // longer than every name
   if (word.size() > kLongest) return std::nullopt;
   std::optional<std::string> best;
   std::size_t best_distance = std::max<std::size_t>(1, word.size() / 3) + 1;
@@ -40,6 +40,11 @@ std::optional<std::string> nearest(std::string_view word, std::span<const std::s
   const auto longer = std::ranges::find_if(
       candidates, [&](const std::string& candidate) { return candidate.starts_with(word); });
   return longer == candidates.end() ? std::nullopt : std::optional(*longer);
+}
+
+std::string suggestion(std::string_view word, std::span<const std::string> candidates) {
+  const auto near = nearest(word, candidates);
+  return near ? "; did you mean '" + *near + "'?" : "";
 }
 
 }  // namespace aprsim::client

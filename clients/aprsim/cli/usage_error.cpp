@@ -11,7 +11,7 @@
 namespace aprsim::client {
 namespace {
 
-/// From the program down to the last command that was understood.
+/// The parsers from the program down to the last recognised command.
 std::vector<const CLI::App*> understood(const CLI::App& app) {
   std::vector<const CLI::App*> path{&app};
   for (auto chosen = app.get_subcommands(); !chosen.empty();
@@ -33,24 +33,19 @@ void add_option_names(const CLI::App& app, std::vector<std::string>& names) {
   }
 }
 
-std::string meant(const std::string& word, const std::vector<std::string>& candidates) {
-  const auto near = nearest(word, candidates);
-  return near ? fmt::format("; did you mean '{}'?", *near) : "";
-}
-
-/// An argument that fits nowhere.
+/// The first unexpected argument.
 std::string unexpected_text(const std::string& argument, const std::vector<const CLI::App*>& path) {
   if (argument.starts_with("--")) {
     const std::string name = argument.substr(0, argument.find('='));
     std::vector<std::string> names;
     for (const auto* app : path) add_option_names(*app, names);
-    return fmt::format("unknown option '{}'{}", name, meant(name, names));
+    return fmt::format("unknown option '{}'{}", name, suggestion(name, names));
   }
   const auto commands = command_names(*path.back());
   if (commands.empty() || argument.starts_with('-')) {
     return fmt::format("unexpected argument '{}'", argument);
   }
-  return fmt::format("unknown command '{}'{}", argument, meant(argument, commands));
+  return fmt::format("unknown command '{}'{}", argument, suggestion(argument, commands));
 }
 
 std::string path_text(const std::vector<const CLI::App*>& path) {
@@ -65,7 +60,7 @@ std::string usage_error(const CLI::App& app, const CLI::ParseError& error) {
   const auto path = understood(app);
   const auto extra = app.remaining(/*recurse=*/true);
   std::string text = error.what();
-  // What is missing is often what was mistyped.
+  // A missing word was often mistyped.
   const bool unexpected = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
   const bool missing = dynamic_cast<const CLI::RequiredError*>(&error) != nullptr;
   if ((unexpected || missing) && !extra.empty()) {

@@ -9,8 +9,8 @@ class ParseError;
 
 namespace aprsim::client {
 
-/// What is wrong with a command line, in one sentence, what was probably meant, and where to find
-/// out. `app` is the parser after it has thrown `error`.
+/// The message for a wrong command line: its error, a suggestion, and the help to read. `app` is
+/// the parser that threw `error`.
 [[nodiscard]] std::string usage_error(const CLI::App& app, const CLI::ParseError& error);
 
 }  // namespace aprsim::client

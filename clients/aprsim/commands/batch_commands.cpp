@@ -1,6 +1,7 @@
 #include "clients/aprsim/commands/batch_commands.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <iostream>
 #include <ostream>
@@ -12,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "clients/aprsim/batch/batch_report.hpp"
+#include "clients/aprsim/batch/batch_results.hpp"
 #include "clients/aprsim/batch/report_diff.hpp"
 #include "clients/aprsim/batch/run_batch.hpp"
 #include "clients/aprsim/cli/console.hpp"
@@ -27,13 +29,15 @@ Outcome<Batch> run_and_show(const BatchCommand& command, bool kept, Console& con
                             .tries = command.tries,
                             .journals = command.journals,
                             .controller = command.controller,
-                            .again = command.again},
+                            .again = command.again,
+                            .patience = std::chrono::seconds(command.patience_s)},
                            console.json ? nullptr : &std::cerr, isatty(STDERR_FILENO) == 1);
   if (!outcome) return tl::unexpected(outcome.error());
   const double rate = static_cast<double>(outcome->run_now) / std::max(1e-3, outcome->wall_s);
   std::string text = batch_table(outcome->batch);
   text += fmt::format(
-      "\n{} episodes in {:.1f} s: {:.2f} a second; {} tried again; a world takes {:.0f} MB at most",
+      "\n{} runs in {:.1f} s: {:.2f} per second; {} repeated attempts; peak memory of a world "
+      "{:.0f} MB",
       outcome->run_now, outcome->wall_s, rate, outcome->attempts.again,
       static_cast<double>(outcome->attempts.peak_world_bytes) / 1e6);
   text += kept ? "; report in " + command.out + '\n' : "\n";
@@ -71,19 +75,20 @@ Outcome<void> run_command(const MergeCommand& command, Console& console) {
   for (const auto& [seed, episode] : merged->episodes) {
     if (auto kept = out.keep(episode); !kept) return kept;
   }
-  // Journals of those that are among the worst of all.
+  // The worst seeds of the whole batch keep their journals.
   std::vector<std::uint64_t> journals;
-  for (const WorstEpisode& worst : worst_of(*merged, command.journals)) {
-    for (std::size_t i = 0; worst.journal && i < batches.size(); ++i) {
-      const auto from = BatchDirectory(command.directories[i]).journal(worst.seed);
-      const auto to = out.journal(worst.seed);
+  for (const std::uint64_t seed : worst_seeds(*merged, command.journals)) {
+    if (!std::ranges::binary_search(merged->journals, seed)) continue;
+    for (std::size_t i = 0; i < batches.size(); ++i) {
+      const auto from = BatchDirectory(command.directories[i]).journal(seed);
+      const auto to = out.journal(seed);
       std::error_code status;
       if (!std::filesystem::exists(from, status)) continue;
       std::filesystem::create_directories(std::filesystem::path(to).parent_path(), status);
       std::filesystem::copy_file(from, to, std::filesystem::copy_options::overwrite_existing,
                                  status);
       if (status) return failed(FailureKind::kUsage, "cannot write " + to);
-      journals.push_back(worst.seed);
+      journals.push_back(seed);
       break;
     }
   }
@@ -136,22 +141,22 @@ void add_seeds(CLI::App& batch, BatchCommand& command) {
             }
             command.shard = *shard;
           },
-          "Only every N-th of the seeds, from the I-th on: for one of N tasks, from 0")
+          "Run shard I (from 0) of N: every N-th seed from the I-th on")
       ->type_name("I/N");
 }
 
 void add_batch_run(CLI::App& app, CommandLine& line) {
   auto [batch, command] =
       add_command<BatchCommand>(app, line, "batch",
-                                "Run a scenario with many seeds in virtual time, so "
-                                "many at once, and make one report; what is "
-                                "done already is not run again");
+                                "Run a scenario with many seeds in virtual time, in "
+                                "parallel, and write one report; finished runs are "
+                                "not repeated");
   batch->add_option("NAME", command->scenario, "Name of a shipped scenario, or a file")
       ->required()
       ->check(not_empty());
   add_seeds(*batch, *command);
   command->jobs = std::max(1U, std::thread::hardware_concurrency());
-  batch->add_option("--jobs", command->jobs, "So many at once (default: the processors)")
+  batch->add_option("--jobs", command->jobs, "Parallel runs (default: number of processors)")
       ->type_name("J")
       ->check(CLI::Range(1, 256));
   batch->add_option("--out", command->out, "Directory of the results")
@@ -160,30 +165,31 @@ void add_batch_run(CLI::App& app, CommandLine& line) {
       ->check(not_empty());
   batch
       ->add_option("--tries", command->tries,
-                   "Of a seed whose daemon or controller dies, before it is given up (default 3)")
+                   "Attempts per seed if the daemon or controller crashes (default 3)")
       ->type_name("N")
       ->check(CLI::Range(1, 100));
   batch
       ->add_option("--journals", command->journals,
-                   "Run so many of the worst once more for their journals (default 3)")
+                   "Rerun the N worst seeds to record their journals (default 3)")
       ->type_name("N")
       ->check(CLI::Range(0, 1000));
   CLI::Option* controller =
       batch
           ->add_option("--controller", command->controller,
-                       "Shell command to start in place of the scenario's own program")
+                       "Shell command of the controller (default: the scenario's program)")
           ->type_name("CMD")
           ->check(not_empty());
   batch
       ->add_flag("--again", command->again,
-                 "That controller takes one job after the other, as the own program does")
+                 "Reuse the controller for one job after the other, as the default program allows")
       ->needs(controller);
-  offer_json(*batch, line, "The report as one JSON object, without the single runs");
+  add_patience(*batch, command->patience_s);
+  offer_json(*batch, line, "Print the report as one JSON object, without the single runs");
 }
 
 void add_merge(CLI::App& app, CommandLine& line) {
-  auto [merge, merging] = add_command<MergeCommand>(
-      app, line, "merge", "Put the shards of a batch together, as if run at once");
+  auto [merge, merging] =
+      add_command<MergeCommand>(app, line, "merge", "Merge the shards of a batch into one report");
   merge->add_option("DIR", merging->directories, "Directories of shards")
       ->required()
       ->check(not_empty());
@@ -193,27 +199,28 @@ void add_merge(CLI::App& app, CommandLine& line) {
       ->check(not_empty());
   merge
       ->add_option("--journals", merging->journals,
-                   "Keep the journals of so many of the worst, as said to batch (default 3)")
+                   "Keep the journals of the N worst seeds, as given to batch (default 3)")
       ->type_name("N")
       ->check(CLI::Range(0, 1000));
-  offer_json(*merge, line, "The report as one JSON object, without the single runs");
+  offer_json(*merge, line, "Print the report as one JSON object, without the single runs");
 }
 
 void add_report(CLI::App& app, CommandLine& line) {
-  CLI::App* report = app.add_subcommand("report", "Reports of batches");
+  CLI::App* report = app.add_subcommand("report", "Compare batch reports");
   report->require_subcommand(1);
   auto [diff, comparing] = add_command<ReportDiffCommand>(
       *report, line, "diff",
-      "Compare two reports, with a test of significance for each outcome; exit code 1 when the "
-      "second one is worse");
-  diff->add_option("BEFORE", comparing->before, "Directory of a batch, or its report.json")
+      "Compare two reports with a significance test for each outcome; exit code 1 if the "
+      "second is worse");
+  diff->add_option("BEFORE", comparing->before,
+                   "Reference: directory of a batch, or its report.json")
       ->required()
       ->check(not_empty());
-  diff->add_option("AFTER", comparing->after, "The one that may be worse")
+  diff->add_option("AFTER", comparing->after, "Report that is tested for regressions")
       ->required()
       ->check(not_empty());
   diff->add_option("--level", comparing->level,
-                   "Of significance, for all outcomes together (default 0.05)")
+                   "Significance level, adjusted for all outcomes (default 0.05)")
       ->type_name("P")
       ->check(within(1e-9, 0.5));
   offer_json(*diff, line);

@@ -8,10 +8,10 @@
 #include "clients/aprsim/batch/seeds.hpp"
 #include "clients/aprsim/commands/command_group.hpp"
 
-/// Many seeds of a scenario, and their reports.
+/// Commands for batches and their reports.
 namespace aprsim::client {
 
-/// Many seeds of a scenario, in virtual time.
+/// Runs a scenario with many seeds in virtual time.
 struct BatchCommand {
   std::string scenario;  ///< name or file
   std::vector<std::uint64_t> seeds;
@@ -20,22 +20,23 @@ struct BatchCommand {
   unsigned jobs = 1;
   unsigned tries = 3;
   unsigned journals = 3;
-  std::string controller;  ///< empty = the scenario's own program
-  bool again = false;      ///< it takes one job after the other
+  std::string controller;     ///< empty = the scenario's program
+  bool again = false;         ///< it takes one job after the other
+  unsigned patience_s = 600;  ///< of wall time without progress
 };
-/// Batches of shards as one.
+/// Merges the shards of a batch.
 struct MergeCommand {
   std::vector<std::string> directories;
   std::string out;
-  unsigned journals = 3;  ///< of the worst, as the shards' batches had it
+  unsigned journals = 3;  ///< of the worst seeds, as in the shards
 };
-/// Two reports of batches.
+/// Compares two batch reports.
 struct ReportDiffCommand {
   std::string before, after;  ///< directories, or files of reports
   double level = 0.05;        ///< of significance
 };
 
-/// Runs it and shows its report; `kept`: whether its directory stays.
+/// Runs a batch and shows its report; `kept`: whether its directory stays.
 [[nodiscard]] Outcome<Batch> run_and_show(const BatchCommand& command, bool kept, Console& console);
 [[nodiscard]] Outcome<void> run_command(const BatchCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const MergeCommand& command, Console& console);

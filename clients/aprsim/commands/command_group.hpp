@@ -6,8 +6,8 @@ namespace CLI {
 class App;
 }
 
-/// What a group of commands consists of: their structs, a run_command for each, and one function
-/// that declares their words and options to the parser of the command above them.
+/// A group of commands consists of their structs, a run_command for each, and one function that
+/// declares their words and options to the parser of the command above them.
 namespace aprsim::client {
 
 struct CommandLine;

@@ -26,7 +26,7 @@ void set_crcl_port(EndpointChoice& choice, const std::string& text) {
 
 void add_endpoints(CLI::App& app, EndpointChoice& choice) {
   app.add_option("--ports-file", choice.ports_file,
-                 "File of ports written by aprsimd (default: $APRSIM_PORTS_FILE)")
+                 "Ports file written by aprsimd (default: $APRSIM_PORTS_FILE)")
       ->type_name("FILE")
       ->check(not_empty());
   app.add_option("--host", choice.host, "Host of the daemon (default 127.0.0.1)")
@@ -36,14 +36,14 @@ void add_endpoints(CLI::App& app, EndpointChoice& choice) {
                  "File whose first line is the daemon's access token (default: $APRSIM_TOKEN)")
       ->type_name("FILE")
       ->check(not_empty());
-  app.add_flag("--tls", choice.tls, "Encrypt gRPC; trust the authorities of the system");
+  app.add_flag("--tls", choice.tls, "Encrypt gRPC; trust the system's certificate authorities");
   for (const auto& [name, file, help] :
        {std::tuple("--ca", &choice.ca,
-                   "PEM file of the authorities of the daemon's certificate; implies --tls "
+                   "PEM file of the certificate authorities of the daemon; implies --tls "
                    "(default: $APRSIM_CA)"),
         std::tuple("--certificate", &choice.certificate,
                    "PEM file of this client's certificate (default: $APRSIM_CERTIFICATE)"),
-        std::tuple("--key", &choice.key, "PEM file of its key (default: $APRSIM_KEY)")}) {
+        std::tuple("--key", &choice.key, "PEM file of its private key (default: $APRSIM_KEY)")}) {
     app.add_option(name, *file, help)->type_name("FILE")->check(not_empty());
   }
   for (const auto& [name, port, help] :
@@ -73,7 +73,11 @@ void add_all(CLI::App& app, CommandLine& line) {
   app.footer(exit_codes);
   app.set_version_flag("--version", APRSIM_VERSION, "Show the version");
   app.set_help_flag("-h,--help", "Show this help");
+  app.add_flag("--json", line.json, "Print results as JSON, one object a line");
   add_endpoints(app, line.endpoints);
+  app.add_flag(
+      "--exit-on-stdin-eof", line.exit_on_stdin_eof,
+      "Stop when standard input ends, as the pipe of a starting program does when it dies");
   add_status(app, line);
   add_events(app, line);
   add_demo(app, line);
@@ -93,7 +97,7 @@ void add_all(CLI::App& app, CommandLine& line) {
   add_documents(app, line);
 }
 
-/// What --help says of one option.
+/// Description of one option for --help and the manual.
 OptionInfo option_info(const CLI::Option& option) {
   OptionInfo info;
   for (const auto& name : option.get_snames()) info.names.push_back("-" + name);
@@ -108,6 +112,15 @@ OptionInfo option_info(const CLI::Option& option) {
   info.required = option.get_required();
   info.help = option.get_description();
   return info;
+}
+
+/// Whether a command prints a document for which there is no JSON.
+bool prints_document(const AnyCommand& command) {
+  const auto* kinds = std::get_if<FaultKindsCommand>(&command);
+  return std::holds_alternative<CompletionCommand>(command) ||
+         std::holds_alternative<ManualCommand>(command) ||
+         std::holds_alternative<ConformClausesCommand>(command) ||
+         (kinds != nullptr && kinds->markdown);
 }
 
 CommandInfo command_info(const CLI::App& app, const std::string& path) {
@@ -140,6 +153,10 @@ tl::expected<CommandLine, NoCommand> parse_command_line(std::vector<std::string>
     const int code = app.exit(error, out, err);
     if (code == 0) return tl::unexpected(NoCommand{0, out.str()});
     return tl::unexpected(NoCommand{kUsageError, usage_error(app, error)});
+  }
+  if (line.json && prints_document(line.command)) {
+    return tl::unexpected(
+        NoCommand{kUsageError, "--json: this command prints a document, which has no JSON form\n"});
   }
   return line;
 }

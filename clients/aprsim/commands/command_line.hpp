@@ -12,12 +12,13 @@ namespace aprsim::client {
 
 struct CommandLine {
   EndpointChoice endpoints;
-  bool json = false;  ///< results as JSON
+  bool json = false;               ///< results as JSON
+  bool exit_on_stdin_eof = false;  ///< stop when standard input ends
   AnyCommand command;
 };
 
-/// Why there is nothing to run: help was asked for (exit code 0, text for standard output) or the
-/// arguments are wrong (exit code 2, text for standard error that says what was probably meant).
+/// Text instead of a command: help (exit code 0, standard output) or an error with a suggestion
+/// (exit code 2, standard error).
 struct NoCommand {
   int exit_code = 2;
   std::string text;

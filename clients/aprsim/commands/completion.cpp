@@ -1,7 +1,7 @@
 #include "clients/aprsim/commands/completion.hpp"
 
+#include <algorithm>
 #include <ostream>
-#include <set>
 #include <vector>
 
 #include <fmt/format.h>
@@ -13,7 +13,7 @@
 namespace aprsim::client {
 namespace {
 
-/// What can stand in an argument's place: words, files, or what nobody can guess.
+/// Candidates for an argument: words, files, or none.
 struct Candidates {
   std::vector<std::string> words;
   bool files = false;
@@ -32,13 +32,13 @@ Candidates candidates(const OptionInfo& option) {
   return robots;
 }
 
-/// Every command below, and itself, with its path.
+/// A command and all its subcommands, with their paths.
 void collect(const CommandInfo& command, std::vector<const CommandInfo*>& out) {
   out.push_back(&command);
   for (const auto& sub : command.commands) collect(sub, out);
 }
 
-/// As one word of a shell.
+/// Quotes the text as one word of a shell.
 std::string shell_word(std::string_view text) {
   std::string out = "'";
   for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
@@ -48,6 +48,12 @@ std::string shell_word(std::string_view text) {
 std::string bash_value(const OptionInfo& option) {
   const auto values = candidates(option);
   return values.files ? "files" : fmt::format("words {}", fmt::join(values.words, " "));
+}
+
+bool has_option(const CommandInfo& command, const std::string& name) {
+  return std::ranges::any_of(command.options, [&](const OptionInfo& option) {
+    return std::ranges::find(option.names, name) != option.names.end();
+  });
 }
 
 /// "x|y) body ;;" for bash's case, in which whole paths stand for commands.
@@ -61,10 +67,13 @@ void bash_options(const CommandInfo& command, const std::string& path, std::stri
   }
 }
 
-std::string all_names(const CommandInfo& command) {
+/// The names of a command's options without those in `others`.
+std::string all_names(const CommandInfo& command, const CommandInfo* others = nullptr) {
   std::string out;
   for (const auto& option : command.options) {
-    for (const auto& name : option.names) out += (out.empty() ? "" : " ") + name;
+    for (const auto& name : option.names) {
+      if (others == nullptr || !has_option(*others, name)) out += (out.empty() ? "" : " ") + name;
+    }
   }
   return out;
 }
@@ -107,7 +116,8 @@ std::string zsh_values(const OptionInfo& option) {
   return out;
 }
 
-void zsh_specs(const CommandInfo& command, std::string& out) {
+/// The specifications of a command's options without those that `others` has as well.
+void zsh_specs(const CommandInfo& command, std::string& out, const CommandInfo* others = nullptr) {
   for (const auto& option : command.options) {
     if (option.positional) {
       out +=
@@ -115,7 +125,8 @@ void zsh_specs(const CommandInfo& command, std::string& out) {
                       shell_word(fmt::format(":{}:{}", zsh_text(option.help), zsh_action(option))));
     }
     for (const auto& name : option.names) {
-      // Repeated options are few, and no harm where they are not.
+      if (others != nullptr && has_option(*others, name)) continue;
+      // Offering an option again does no harm.
       out += fmt::format(
           " \\\n    {}",
           shell_word(fmt::format("*{}[{}]{}", name, zsh_text(option.help), zsh_values(option))));
@@ -133,7 +144,7 @@ void zsh_command(const CommandInfo& command, const CommandInfo& program, std::st
   const std::string name = zsh_function(command.path);
   std::string specs;
   zsh_specs(command, specs);
-  if (&command != &program) zsh_specs(program, specs);
+  if (&command != &program) zsh_specs(program, specs, &command);
   if (command.commands.empty()) {
     out += fmt::format("{}() {{\n  _arguments{}\n}}\n\n", name, specs);
     return;
@@ -168,10 +179,10 @@ std::string bash_completion() {
       bash_options(*command, shell_word(command->path), values);
     }
     words += fmt::format("    {}) options={}; value=${{value:-{}}} ;;\n", shell_word(command->path),
-                         shell_word(command == &program ? "" : all_names(*command)),
+                         shell_word(command == &program ? "" : all_names(*command, &program)),
                          positional_value(*command));
   }
-  // Those of the program may follow every command, whose own come first.
+  // Options of the program may follow every command, after the command's own.
   bash_options(program, "*", values);
   return fmt::format(R"(# Completion of aprsim for bash, as "aprsim completion bash" prints it.
 _aprsim() {{

@@ -60,40 +60,41 @@ Outcome<void> run_command(const ConformModbusCommand& command, Console& console)
 }
 
 Outcome<void> run_command(const ConformClausesCommand& /*command*/, Console& console) {
-  console.out << conform::clauses_page("A robot's CRCL server", conform::crcl_checks()) << '\n'
-              << conform::clauses_page("The conveyor's Modbus server", conform::modbus_checks());
+  console.print(conform::clauses_page("A robot's CRCL server", conform::crcl_checks()) + '\n' +
+                conform::clauses_page("The conveyor's Modbus server", conform::modbus_checks()));
   return {};
 }
 
 void add_conform(CLI::App& app, CommandLine& line) {
   CLI::App* conform =
-      app.add_subcommand("conform", "Check anybody's server against the written rules");
+      app.add_subcommand("conform", "Test any CRCL or Modbus server for conformance");
   conform->require_subcommand(1);
   const auto add_common = [&line](CLI::App& sub, auto& command, const char* motion) {
     sub.add_option("ADDRESS", command.address,
-                   "HOST:PORT of the server (default: of the cell that runs)");
+                   "HOST:PORT of the server (default: the running cell)");
     sub.add_flag("--allow-motion", command.allow_motion, motion);
-    offer_json(sub, line, "One JSON object a rule, and one with the score");
+    offer_json(sub, line, "Print one JSON object per rule, and one with the score");
   };
   auto [crcl, crcl_command] =
-      add_command<ConformCrclCommand>(*conform, line, "crcl", "Check a robot's CRCL server");
-  add_common(*crcl, *crcl_command, "Also what moves the arm, some millimetres, and the gripper");
+      add_command<ConformCrclCommand>(*conform, line, "crcl", "Test a CRCL server");
+  add_common(*crcl, *crcl_command,
+             "Include checks that move the arm by some millimetres, and the gripper");
   auto* robot =
       crcl->add_option("--robot", crcl_command->robot, "Name of the robot, in place of an address")
           ->type_name("ROBOT");
   crcl->add_option("--sensor", crcl_command->sensor,
-                   "Sensor of forces that guards are tried with (default: one of known names)")
+                   "Force sensor for the checks of guards (default: one with a known name)")
       ->type_name("ID")
       ->check(not_empty());
-  // Nobody else's robot by a word forgotten.
+  // A forgotten word must not select another robot.
   crcl->callback([&line, robot, c = crcl_command] {
     if (robot->empty() == c->address.empty()) throw CLI::RequiredError("ADDRESS or --robot");
     line.command = *c;
   });
   auto [modbus, modbus_command] = add_command<ConformModbusCommand>(
-      *conform, line, "modbus", "Check the conveyor's Modbus server");
-  add_common(*modbus, *modbus_command, "Also what writes, which runs the belt");
-  add_command<ConformClausesCommand>(*conform, line, "clauses", "Print the rules as a page");
+      *conform, line, "modbus", "Test the conveyor's Modbus server");
+  add_common(*modbus, *modbus_command, "Include checks that write registers, which runs the belt");
+  add_command<ConformClausesCommand>(*conform, line, "clauses", "Print the rules as Markdown");
 }
 
 }  // namespace aprsim::client

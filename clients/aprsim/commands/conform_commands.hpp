@@ -4,22 +4,22 @@
 
 #include "clients/aprsim/commands/command_group.hpp"
 
-/// Anybody's servers against the written rules.
+/// Conformance tests of any server.
 namespace aprsim::client {
 
-/// Checks a robot's CRCL server against the written rules.
+/// Tests a CRCL server.
 struct ConformCrclCommand {
-  std::string address;  ///< HOST:PORT; empty = of the cell that runs, by the robot
+  std::string address;  ///< HOST:PORT; empty = the robot's in the running cell
   std::string robot;
-  bool allow_motion = false;  ///< also what moves the robot, a little
+  bool allow_motion = false;  ///< include checks that move the robot a little
   std::string sensor;         ///< for guards; empty = one of the known names
 };
-/// The same of the conveyor's Modbus server.
+/// Tests the conveyor's Modbus server.
 struct ConformModbusCommand {
-  std::string address;        ///< HOST:PORT; empty = of the cell that runs
-  bool allow_motion = false;  ///< also what writes, and runs the belt slowly
+  std::string address;        ///< HOST:PORT; empty = the running cell's
+  bool allow_motion = false;  ///< include checks that write and run the belt slowly
 };
-/// Prints the rules as a page.
+/// Prints the rules as Markdown.
 struct ConformClausesCommand {};
 
 [[nodiscard]] Outcome<void> run_command(const ConformCrclCommand& command, Console& console);

@@ -16,7 +16,7 @@
 namespace aprsim::client {
 namespace {
 
-/// The speed register's count for what was asked, if a speed was.
+/// The count of the requested speed for the speed register; absent without a speed.
 Outcome<std::optional<std::uint16_t>> speed_count(const ConveyorSetCommand& command) {
   if (!command.speed_percent && !command.speed_m_s) return std::nullopt;
   const double fraction = command.speed_percent ? *command.speed_percent / 100
@@ -63,7 +63,7 @@ void set_belt_speed(ConveyorSetCommand& command, const std::string& text) {
   const auto value = number_of(std::string_view(text).substr(0, text.size() - (percent ? 1 : 0)));
   if (!value || *value < 0 || (percent && *value > 100)) {
     throw CLI::ValidationError(
-        "--speed", "'" + text + "' is neither a speed in m/s from 0 up nor a percentage 0%..100%");
+        "--speed", "'" + text + "' is not a speed of at least 0 m/s or a percentage 0%..100%");
   }
   (percent ? command.speed_percent : command.speed_m_s) = *value;
 }
@@ -71,19 +71,19 @@ void set_belt_speed(ConveyorSetCommand& command, const std::string& text) {
 template <typename Command>
 void add_scaling(CLI::App& app, Command& command) {
   app.add_option("--full-scale", command.full_scale_m_s,
-                 "Belt speed at 32768 counts in m/s (default 0.32768)")
+                 "Belt speed at 32768 counts [m/s] (default 0.32768)")
       ->type_name("M/S")
       ->check(within(1e-3, 100));
   app.add_flag("!--zero-is-forward", command.one_is_forward,
-               "0 in the direction register means forward (default: 1 does)");
+               "Forward is 0 in the direction register (default: 1)");
 }
 
 }  // namespace
 
 Outcome<void> run_command(const ConveyorSetCommand& command, Console& console) {
-  // A word forgotten must not start the belt.
+  // A forgotten option must not start the belt.
   if (!command.stop && !command.forward && !command.speed_percent && !command.speed_m_s) {
-    return failed(FailureKind::kUsage, "nothing to set: give --speed, --direction or --stop");
+    return failed(FailureKind::kUsage, "no setting given; expected --speed, --direction or --stop");
   }
   const auto speed = speed_count(command);
   if (!speed) return tl::unexpected(speed.error());
@@ -98,7 +98,8 @@ Outcome<void> run_command(const ConveyorSetCommand& command, Console& console) {
     }
     return done;
   };
-  // Never run with an old direction or speed: what starts the belt comes last, what stops it first.
+  // Starting is written last and stopping first, so the belt never runs with an old direction or
+  // speed.
   if (command.stop) {
     if (auto done = write("run", modbus::kRunRegister, 0); !done) return done;
   }
@@ -142,15 +143,15 @@ Outcome<void> run_command(const ConveyorMapCommand& command, Console& console) {
                       {"max", info.max},
                       {"meaning", info.meaning}});
   }
-  if (!console.json) console.out << modbus::register_map_text(scaling);
+  if (!console.json) console.print(modbus::register_map_text(scaling));
   return {};
 }
 
 void add_conveyor(CLI::App& app, CommandLine& line) {
-  CLI::App* conveyor = app.add_subcommand("conveyor", "Command the belt over Modbus");
+  CLI::App* conveyor = app.add_subcommand("conveyor", "Command and query the belt over Modbus");
   conveyor->require_subcommand(1);
   auto [status, status_command] = add_command<ConveyorStatusCommand>(
-      *conveyor, line, "status", "Show the belt's drive and sensors");
+      *conveyor, line, "status", "Show the drive and sensors of the belt");
   add_scaling(*status, *status_command);
   offer_json(*status, line);
   auto [set, command] = add_command<ConveyorSetCommand>(*conveyor, line, "set",
@@ -158,7 +159,7 @@ void add_conveyor(CLI::App& app, CommandLine& line) {
   auto speed =
       set->add_option_function<std::string>(
              "--speed", [c = command](const std::string& text) { set_belt_speed(*c, text); },
-             "m/s, or a percentage of full scale such as 50%")
+             "Speed in m/s, or a percentage of full scale such as 50%")
           ->type_name("SPEED");
   choose(
       set->add_option_function<std::string>(
@@ -167,11 +168,11 @@ void add_conveyor(CLI::App& app, CommandLine& line) {
       {"forward", "reverse"});
   set->add_flag("--stop", command->stop, "Stop the belt")->excludes(speed);
   add_scaling(*set, *command);
-  offer_json(*set, line, "One JSON object for each register written");
+  offer_json(*set, line, "Print one JSON object for each register written");
   auto [map, map_command] = add_command<ConveyorMapCommand>(*conveyor, line, "map",
                                                             "Print all registers; needs no daemon");
   add_scaling(*map, *map_command);
-  offer_json(*map, line, "One JSON object a register");
+  offer_json(*map, line, "Print one JSON object per register");
 }
 
 }  // namespace aprsim::client

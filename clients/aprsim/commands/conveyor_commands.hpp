@@ -4,7 +4,7 @@
 
 #include "clients/aprsim/commands/command_group.hpp"
 
-/// The belt over Modbus.
+/// Commands for the belt, over Modbus.
 namespace aprsim::client {
 
 struct ConveyorSetCommand {

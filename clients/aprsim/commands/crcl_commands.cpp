@@ -19,9 +19,9 @@
 namespace aprsim::client {
 namespace {
 
-constexpr CrclSession::Seconds kShortTimeout{15};  // for what moves no arm, or stops it
+constexpr CrclSession::Seconds kShortTimeout{15};  // for commands without motion, and stops
 
-/// The commands that move one joint or the tool by so much from where they are now.
+/// Commands that move one joint or the tool relative to the present position.
 Outcome<crcl::CommandBody> jog_from(const crcl::Status& now, const CrclJogCommand& command) {
   if (command.joint) {
     for (const crcl::JointStatus& joint : now.joints) {
@@ -47,7 +47,7 @@ Outcome<crcl::CommandBody> jog_from(const crcl::Status& now, const CrclJogComman
   return move;
 }
 
-/// InitCanon if asked for, then the jog from where the robot is.
+/// Sends InitCanon if requested, then the jog.
 Outcome<crcl::Status> jog(CrclSession& session, const CrclJogCommand& command) {
   if (command.init) {
     auto ready = session.run(crcl::InitCanon{}, kShortTimeout);
@@ -65,10 +65,10 @@ void show_status(const std::string& robot, const crcl::Status& status, Console& 
   console.show(before + status_line(status, console.screen.out) + "\n", status_json(robot, status));
 }
 
-/// One command that is soon done.
+/// Runs one short command.
 Outcome<void> run_one(const std::string& robot, crcl::CommandBody body, Console& console,
                       const std::string& before = "") {
-  auto session = CrclSession::connect(console.endpoints, robot, interruption::noted);
+  auto session = CrclSession::connect(console.endpoints, robot, interruption::requested);
   if (!session) return tl::unexpected(session.error());
   const auto done = session->run(std::move(body), kShortTimeout);
   if (!done) return tl::unexpected(done.error());
@@ -77,16 +77,16 @@ Outcome<void> run_one(const std::string& robot, crcl::CommandBody body, Console&
 }
 
 void add_crcl_status(CLI::App& crcl, CommandLine& line) {
-  auto [status, command] =
-      add_command<CrclStatusCommand>(crcl, line, "status", "Show a robot's status in one line");
+  auto [status, command] = add_command<CrclStatusCommand>(crcl, line, "status",
+                                                          "Show the status of a robot in one line");
   add_robot(*status, command->robot);
-  auto* watch = status->add_flag("--watch", command->watch, "Again and again until interrupted");
+  auto* watch = status->add_flag("--watch", command->watch, "Repeat until interrupted");
   constexpr double kMaxRate = 1000;
-  status->add_option("--rate", command->rate_hz, "Samples a second (default 10)")
+  status->add_option("--rate", command->rate_hz, "Samples per second (default 10)")
       ->type_name("HZ")
       ->check(above_zero(kMaxRate))
       ->needs(watch);
-  status->add_option("--count", command->count, "End after so many samples")
+  status->add_option("--count", command->count, "Exit after N samples")
       ->type_name("N")
       ->needs(watch);
   offer_json(*status, line);
@@ -95,12 +95,12 @@ void add_crcl_status(CLI::App& crcl, CommandLine& line) {
 void add_crcl_actions(CLI::App& crcl, CommandLine& line) {
   auto [init, init_command] = add_command<CrclInitCommand>(
       crcl, line, "init",
-      "InitCanon: clear an error and make the robot ready; it stays where it is");
+      "Send InitCanon: clear errors and make the robot ready; it does not move");
   add_robot(*init, init_command->robot);
   offer_json(*init, line);
 
-  auto [stop, stop_command] = add_command<CrclStopCommand>(crcl, line, "stop", "Stop every robot");
-  stop->add_option("--robot", stop_command->robots, "Only this robot; may be given twice")
+  auto [stop, stop_command] = add_command<CrclStopCommand>(crcl, line, "stop", "Stop all robots");
+  stop->add_option("--robot", stop_command->robots, "Stop only this robot; repeatable")
       ->type_name("ROBOT")
       ->check(not_empty())
       ->allow_extra_args(false);
@@ -111,7 +111,8 @@ void add_crcl_actions(CLI::App& crcl, CommandLine& line) {
                               : word == "immediate" ? crcl::StopCondition::kImmediate
                                                     : crcl::StopCondition::kNormal;
              },
-             "How: normal keeps the drives on (default), fast switches them off a second later, "
+             "Stop condition: normal keeps the drives on (default), fast switches them off after a "
+             "second, "
              "immediate at once"),
          {"normal", "fast", "immediate"});
   offer_json(*stop, line);
@@ -127,11 +128,11 @@ void add_crcl_actions(CLI::App& crcl, CommandLine& line) {
                                                    : number_of(text);
             if (!setting || *setting < 0 || *setting > 1) {
               throw CLI::ValidationError(
-                  "SETTING", "'" + text + "' is neither open nor close nor within 0 and 1");
+                  "SETTING", "'" + text + "' is not open, close, or a number from 0 to 1");
             }
             c->setting = *setting;
           },
-          "open, close, or between 0 (closed) and 1 (open)")
+          "open, close, or a number from 0 (closed) to 1 (open)")
       ->type_name("open|close")
       ->required();
   add_robot(*gripper, gripper_command->robot);
@@ -147,27 +148,27 @@ void add_crcl_jog(CLI::App& crcl, CommandLine& line) {
   auto* axis = jog->add_option("--axis", command->axis, "Axis of the robot's frame");
   choose(axis, {"x", "y", "z"});
   axis->excludes(joint);
-  // A word forgotten must not move the arm.
+  // A forgotten option must not move the arm.
   jog->callback([&line, joint, axis, c = command] {
     if (joint->empty() && axis->empty()) throw CLI::RequiredError("--joint or --axis");
     line.command = *c;
   });
-  jog->add_option("--by", command->by, "How far, from where it is")
+  jog->add_option("--by", command->by, "Distance from the current position [degrees or mm]")
       ->type_name("DEGREES|MM")
       ->check(finite())
       ->required();
-  jog->add_option("--speed", command->speed, "Degrees or mm a second")
+  jog->add_option("--speed", command->speed, "Speed [degrees or mm per second]")
       ->type_name("SPEED")
       ->check(above_zero());
-  jog->add_flag("--init", command->init, "InitCanon first");
-  add_timeout(*jog, command->timeout_s, "Stop it when it is not done by then (default 120)");
+  jog->add_flag("--init", command->init, "Send InitCanon first");
+  add_timeout(*jog, command->timeout_s, "Stop the robot after this time (default 120)");
   offer_json(*jog, line);
 }
 
 }  // namespace
 
 Outcome<void> run_command(const CrclStatusCommand& command, Console& console) {
-  auto session = CrclSession::connect(console.endpoints, command.robot, interruption::noted);
+  auto session = CrclSession::connect(console.endpoints, command.robot, interruption::requested);
   if (!session) return tl::unexpected(session.error());
   const std::uint64_t count = command.watch ? command.count : 1;
   const bool in_place = command.watch && console.screen.live && !console.json;
@@ -181,12 +182,12 @@ Outcome<void> run_command(const CrclStatusCommand& command, Console& console) {
     const auto status = session->status();
     if (!status) return tl::unexpected(status.error());
     if (in_place) {
-      view.show(status_line(*status, console.screen.out) + "\n");
+      view.show(console.escaped(status_line(*status, console.screen.out) + "\n"));
       console.out.flush();
     } else {
       show_status(command.robot, *status, console);
     }
-    if (!console.out.good()) return failed(FailureKind::kCheck, "cannot write the output");
+    if (!console.out.good()) break;  // which the program reports
   }
   return {};
 }
@@ -204,7 +205,7 @@ Outcome<void> run_command(const CrclStopCommand& command, Console& console) {
   if (robots.empty()) {
     for (const auto& [name, port] : console.endpoints.crcl) robots.push_back(name);
   }
-  // One that cannot be reached keeps no other from being stopped.
+  // An unreachable robot does not prevent the others from being stopped.
   Outcome<void> all =
       robots.empty() ? failed(FailureKind::kUsage, "there is no robot to stop") : Outcome<void>();
   for (const auto& robot : robots) {
@@ -216,14 +217,14 @@ Outcome<void> run_command(const CrclStopCommand& command, Console& console) {
 
 Outcome<void> run_command(const CrclJogCommand& command, Console& console) {
   const interruption::Hold hold;
-  auto session = CrclSession::connect(console.endpoints, command.robot, interruption::noted);
+  auto session = CrclSession::connect(console.endpoints, command.robot, interruption::requested);
   if (!session) return tl::unexpected(session.error());
   const auto done = jog(*session, command);
   if (done) {
     show_status(command.robot, *done, console);
     return {};
   }
-  // A jog that nobody waits for any more goes no further.
+  // A jog that timed out or was interrupted is stopped.
   if (done.error().kind == FailureKind::kTimeout && !interruption::happened()) {
     const auto stopped = session->stop();
     return failed(
@@ -235,7 +236,7 @@ Outcome<void> run_command(const CrclJogCommand& command, Console& console) {
 }
 
 void add_crcl(CLI::App& app, CommandLine& line) {
-  CLI::App* crcl = app.add_subcommand("crcl", "Command a robot");
+  CLI::App* crcl = app.add_subcommand("crcl", "Command and query robots over CRCL");
   crcl->require_subcommand(1);
   add_crcl_status(*crcl, line);
   add_crcl_actions(*crcl, line);

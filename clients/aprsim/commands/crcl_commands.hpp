@@ -8,14 +8,14 @@
 #include "clients/aprsim/commands/command_group.hpp"
 #include "crcl/motion_commands.hpp"
 
-/// A robot over its CRCL port.
+/// Commands for robots, over CRCL.
 namespace aprsim::client {
 
 struct CrclStatusCommand {
   std::string robot;
-  bool watch = false;       ///< one line a sample until interrupted
+  bool watch = false;       ///< one line per sample until interrupted
   double rate_hz = 10;      ///< of these
-  std::uint64_t count = 0;  ///< end after so many; 0 = never
+  std::uint64_t count = 0;  ///< samples before exit; 0 = unlimited
 };
 struct CrclInitCommand {
   std::string robot;
@@ -34,9 +34,9 @@ struct CrclJogCommand {
   std::optional<int> joint;     ///< 1-based
   char axis = 'x';              ///< when no joint is given
   double by = 0;                ///< degrees or millimetres on a new socket
-  std::optional<double> speed;  ///< of these a second
+  std::optional<double> speed;  ///< degrees or millimetres per second
   bool init = false;            ///< InitCanon first
-  double timeout_s = 120;       ///< stopped when not done by then
+  double timeout_s = 120;       ///< after which the robot is stopped
 };
 
 [[nodiscard]] Outcome<void> run_command(const CrclStatusCommand& command, Console& console);

@@ -27,7 +27,7 @@ Outcome<std::string> read_file(const std::string& path) {
   return std::string(std::istreambuf_iterator<char>(in), {});
 }
 
-/// How many documents of the text are valid; a failure names the first that is not.
+/// Number of valid documents of the text. Failure: the first invalid one.
 Outcome<int> validate(const std::string& text) {
   constexpr std::size_t kLimit = crcl::kMaxProgramBytes;
   crcl::Framer framer(
@@ -45,7 +45,7 @@ Outcome<int> validate(const std::string& text) {
   }
   if (framer.buffered() > 0 || count == 0) {
     return failed(FailureKind::kCheck,
-                  fmt::format("document {} is no whole CRCLCommandInstance, CRCLProgram or "
+                  fmt::format("document {} is not a complete CRCLCommandInstance, CRCLProgram or "
                               "CRCLStatus",
                               count + 1));
   }
@@ -58,7 +58,7 @@ Outcome<void> run_command(const CrclSendCommand& command, Console& console) {
   const auto text = read_file(command.file);
   if (!text) return tl::unexpected(text.error());
   const interruption::Hold hold;
-  auto session = CrclSession::connect(console.endpoints, command.robot, interruption::noted);
+  auto session = CrclSession::connect(console.endpoints, command.robot, interruption::requested);
   if (!session) return tl::unexpected(session.error());
   auto framer = crcl::Framer::for_commands();
   framer.append(*text);
@@ -93,7 +93,7 @@ Outcome<void> run_command(const CrclRunCommand& command, Console& console) {
   const auto order = crcl::expand_loops(*program);
   if (!order) return failed(FailureKind::kUsage, command.file + ": " + order.error().message());
   const interruption::Hold hold;
-  auto session = CrclSession::connect(console.endpoints, command.robot, interruption::noted);
+  auto session = CrclSession::connect(console.endpoints, command.robot, interruption::requested);
   if (!session) return tl::unexpected(session.error());
   int index = 0;
   for (const std::size_t next : *order) {
@@ -103,13 +103,12 @@ Outcome<void> run_command(const CrclRunCommand& command, Console& console) {
     instance.program_length = static_cast<int>(order->size());
     instance.command = program->commands[next];
     if (!console.json) {
-      console.out << fmt::format("{:>4}/{} {} ... ", index, order->size(),
-                                 crcl::type_name(instance.command.body));
-      console.out.flush();
+      console.print(fmt::format("{:>4}/{} {} ... ", index, order->size(),
+                                crcl::type_name(instance.command.body)));
     }
     const auto status = session->run(std::move(instance), CrclSession::Seconds(command.timeout_s));
     if (!status) {
-      if (!console.json) console.out << "failed\n";
+      if (!console.json) console.print("failed\n");
       return tl::unexpected(session->stopped_after(status.error()));
     }
     console.show(end_text(*status, console.screen.out) + "\n", status_json(command.robot, *status));
@@ -130,17 +129,16 @@ Outcome<void> run_command(const CrclValidateCommand& command, Console& console) 
 
 void add_crcl_files(CLI::App& crcl, CommandLine& line) {
   auto [send, send_command] = add_command<CrclSendCommand>(
-      crcl, line, "send",
-      "Send the CRCLCommandInstance documents of a file, each when the last is done");
-  send->add_option("FILE", send_command->file, "CRCLCommandInstance documents")->required();
+      crcl, line, "send", "Send the CRCLCommandInstance documents of a file, one after the other");
+  send->add_option("FILE", send_command->file, "File of CRCLCommandInstance documents")->required();
   add_robot(*send, send_command->robot);
-  add_timeout(*send, send_command->timeout_s, "For each command (default 120)");
+  add_timeout(*send, send_command->timeout_s, "Timeout of each command (default 120)");
   offer_json(*send, line);
   auto [run, run_command] =
       add_command<CrclRunCommand>(crcl, line, "run", "Run a CRCLProgram, one command at a time");
-  run->add_option("FILE", run_command->file, "A CRCLProgram document")->required();
+  run->add_option("FILE", run_command->file, "File of a CRCLProgram document")->required();
   add_robot(*run, run_command->robot);
-  add_timeout(*run, run_command->timeout_s, "For each command (default 120)");
+  add_timeout(*run, run_command->timeout_s, "Timeout of each command (default 120)");
   offer_json(*run, line);
   auto [validate, validate_command] = add_command<CrclValidateCommand>(
       crcl, line, "validate", "Check the CRCL documents of a file against the schema");

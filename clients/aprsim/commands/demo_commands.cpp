@@ -34,7 +34,7 @@ Failure none_left(const std::string& robot, const std::vector<Transfer>& transfe
   } else {
     why = robot + ": no gear is left in the part trays";
   }
-  return {FailureKind::kCheck, why + "; 'aprsim reset' starts anew"};
+  return {FailureKind::kCheck, why + "; 'aprsim reset' restarts the cell"};
 }
 
 /// Tries transfers, best first, until one is done or fails for another reason than reach.
@@ -48,12 +48,12 @@ Outcome<void> transfer_one(DemoCell& cell, Arm& arm, const CellView& view,
     if (done || !task.refusal()) return done;
     reach.exclude(*task.refusal());
     const std::string place = task.refusal()->place.name();
-    cell.tell(arm.name(), "out_of_reach", place + " is out of reach", {{"place", place}});
+    cell.report(arm.name(), "out_of_reach", place + " is out of reach", {{"place", place}});
   }
   return tl::unexpected(none_left(arm.name(), transfers, view));
 }
 
-/// What the robot has in its hand, in words to append.
+/// ", holding PART" for a robot that holds a part; else empty.
 std::string held_text(DemoCell& cell, const std::string& robot) {
   const auto snapshot = cell.connection.snapshot();
   if (!snapshot) return "";
@@ -62,22 +62,22 @@ std::string held_text(DemoCell& cell, const std::string& robot) {
   return fmt::format(", holding {}; 'aprsim reset' puts it back", found->gripper().held_body());
 }
 
-/// The cell with everything at rest, or as it is after a while: after a reset, and when the belt
-/// has stopped, parts settle for some simulated milliseconds, and only what rests can be picked.
+/// The cell once everything is at rest, or on timeout. After a reset or a stop of the belt, parts
+/// settle for some simulated milliseconds, and only parts at rest can be picked.
 Outcome<CellView> look_at_rest(DemoCell& cell) {
   const auto rests = [](const v1::Snapshot& snapshot) {
     return std::ranges::all_of(snapshot.bodies(), [](const v1::BodyState& body) {
       return body.resting() || body.has_lost_step();
     });
   };
-  if (const auto looked = cell.look_until(rests, kSettleTimeout); !looked) {
+  if (const auto looked = cell.wait_until(rests, kSettleTimeout); !looked) {
     return tl::unexpected(looked.error());
   }
-  return cell.look();
+  return cell.view();
 }
 
-/// One robot's pick and place. Whatever comes of it, the robot leaves the other's way; but when the
-/// user interrupts it, it stops where it is.
+/// Picks and places with one robot. Afterwards the robot moves out of the way of the others;
+/// after an interruption it stops at once.
 Outcome<void> show_robot(DemoCell& cell, const Endpoints& endpoints,
                          const v1::RobotDescription& description, bool at_belt,
                          const std::string& preferred_tray) {
@@ -88,7 +88,7 @@ Outcome<void> show_robot(DemoCell& cell, const Endpoints& endpoints,
     if (!view) return tl::unexpected(view.error());
     const auto done =
         transfer_one(cell, *arm, *view, view->transfers(arm->p_WB(), at_belt, preferred_tray));
-    if (interruption::noted()) return done;
+    if (interruption::requested()) return done;
     if (!done && done.error().kind == FailureKind::kConnection) return done;
     if (!done) {
       if (auto cleared = arm->initialise(); !cleared) return done;
@@ -125,7 +125,7 @@ Outcome<void> check_health(CellConnection& connection) {
     return failed(FailureKind::kCheck, "the simulation has stopped: " + snapshot->world_fault());
   }
   if (snapshot->paused()) {
-    return failed(FailureKind::kCheck, "the cell is paused; 'aprsim resume' makes it go");
+    return failed(FailureKind::kCheck, "the cell is paused; 'aprsim resume' continues it");
   }
   return {};
 }
@@ -138,7 +138,7 @@ Outcome<void> run_command(const DemoCommand& command, Console& console) {
   if (!description) return tl::unexpected(description.error());
   if (description->robots().empty()) {
     return failed(FailureKind::kCheck,
-                  "the scene '" + description->scene() + "' has no robot to show anything with");
+                  "the scene '" + description->scene() + "' has no robot for the demo");
   }
   if (auto ok = check_robots(command.robots, *description); !ok) return ok;
   if (auto ok = check_health(connection); !ok) return ok;
@@ -149,7 +149,7 @@ Outcome<void> run_command(const DemoCommand& command, Console& console) {
   const auto show = [&](const v1::RobotDescription& robot, bool at_belt,
                         const std::string& tray) -> Outcome<void> {
     if (!all && std::ranges::find(command.robots, robot.name()) == command.robots.end()) return {};
-    if (interruption::noted()) return failed(FailureKind::kInterrupted, "interrupted");
+    if (interruption::requested()) return failed(FailureKind::kInterrupted, "interrupted");
     return show_robot(cell, console.endpoints, robot, at_belt, tray);
   };
   const auto at_belt = [&](const v1::RobotDescription& robot) {
@@ -169,19 +169,20 @@ Outcome<void> run_command(const DemoCommand& command, Console& console) {
     if (!at_belt(robot)) continue;
     if (auto done = show(robot, true, tray); !done) return done;
   }
-  cell.tell("demo", "done", "all done", {});
+  cell.report("demo", "done", "all done", {});
   return {};
 }
 
 void add_demo(CLI::App& app, CommandLine& line) {
   auto [demo, command] = add_command<DemoCommand>(
-      app, line, "demo", "Pick and place with the robots and run the belt, over the wires alone");
-  demo->add_option("--robot", command->robots, "Only this robot's part; may be given twice")
+      app, line, "demo",
+      "Pick and place with the robots and run the belt, over CRCL, Modbus and vision");
+  demo->add_option("--robot", command->robots, "Run only this robot; repeatable")
       ->type_name("ROBOT")
       ->check(not_empty())
       ->allow_extra_args(false);
-  demo->add_flag("--belt", command->belt, "Only the belt's part (besides that of robots named)");
-  offer_json(*demo, line, "One JSON object for each thing done");
+  demo->add_flag("--belt", command->belt, "Run only the belt, and the robots named with --robot");
+  offer_json(*demo, line, "Print one JSON object for each action");
 }
 
 }  // namespace aprsim::client

@@ -5,7 +5,7 @@
 
 #include "clients/aprsim/commands/command_group.hpp"
 
-/// Robots and belt at work, to be seen.
+/// A demonstration of robots and belt.
 namespace aprsim::client {
 
 struct DemoCommand {

@@ -12,18 +12,18 @@
 namespace aprsim::client {
 
 Outcome<void> run_command(const CompletionCommand& command, Console& console) {
-  console.out << (command.shell == "bash" ? bash_completion() : zsh_completion());
+  console.write(command.shell == "bash" ? bash_completion() : zsh_completion());
   return {};
 }
 
 Outcome<void> run_command(const ManualCommand& /*command*/, Console& console) {
-  console.out << manual_page();
+  console.write(manual_page());
   return {};
 }
 
 void add_documents(CLI::App& app, CommandLine& line) {
   auto [completion, command] = add_command<CompletionCommand>(
-      app, line, "completion", "Print the completion of these commands for a shell");
+      app, line, "completion", "Print the completion script for a shell");
   choose(completion->add_option("SHELL", command->shell, "bash or zsh")->required(),
          {"bash", "zsh"});
   add_command<ManualCommand>(app, line, "manual", "Print the manual page, for man -l -");

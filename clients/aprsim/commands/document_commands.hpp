@@ -4,7 +4,7 @@
 
 #include "clients/aprsim/commands/command_group.hpp"
 
-/// What the program says of itself.
+/// Documents about the program itself.
 namespace aprsim::client {
 
 /// Prints a shell's completion of this command line.

@@ -45,7 +45,7 @@ Outcome<void> run_command(const EventsCommand& command, Console& console) {
   return CellConnection(console.endpoints).events(request, [&](const auto& response) {
     std::string text = event_line(response.event()) + "\n";
     if (response.lost() > 0) {
-      text = fmt::format("({} events before it are not kept any more)\n{}", response.lost(), text);
+      text = fmt::format("({} earlier events have expired)\n{}", response.lost(), text);
     }
     console.show(text, event_object(response));
     return console.out.good() && ++shown != command.count;
@@ -54,20 +54,22 @@ Outcome<void> run_command(const EventsCommand& command, Console& console) {
 
 void add_events(CLI::App& app, CommandLine& line) {
   auto [events, command] = add_command<EventsCommand>(
-      app, line, "events", "Show what happens in the cell, an event a line, until interrupted");
+      app, line, "events", "Show events of the cell, one per line, until interrupted");
   events
       ->add_option("--after", command->after,
-                   "Also those that are kept with greater numbers (0: all of them)")
+                   "Start after event N of the stored ones (0: with the oldest)")
       ->type_name("NUMBER");
-  events->add_flag("--past", command->past, "Only those that are kept, then end");
-  choose(events->add_option("--kind", command->kinds, "Only this kind; may be given again")
+  events->add_flag("--past", command->past, "Show the stored events, then exit");
+  choose(events->add_option("--kind", command->kinds, "Show only events of this kind; repeatable")
              ->allow_extra_args(false),
          event_kind_words());
-  events->add_option("--name", command->names, "Only what this takes part in; may be given again")
+  events
+      ->add_option("--name", command->names,
+                   "Show only events that involve this subject; repeatable")
       ->type_name("NAME")
       ->check(not_empty())
       ->allow_extra_args(false);
-  events->add_option("--count", command->count, "End after so many")->type_name("N");
+  events->add_option("--count", command->count, "Exit after N events")->type_name("N");
   offer_json(*events, line);
 }
 

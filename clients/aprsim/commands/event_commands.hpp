@@ -7,14 +7,14 @@
 
 #include "clients/aprsim/commands/command_group.hpp"
 
-/// What happens in the cell.
+/// Events of the cell.
 namespace aprsim::client {
 
 struct EventsCommand {
-  std::optional<std::uint64_t> after;  ///< number; absent = from now on, or all that are kept
-  bool past = false;                   ///< end after the latest
+  std::optional<std::uint64_t> after;  ///< number; absent = from now on, or all stored ones
+  bool past = false;                   ///< stored events only, then exit
   std::vector<std::string> kinds;      ///< words (event_text.hpp); empty = all
-  std::vector<std::string> names;      ///< of what takes part; empty = all
+  std::vector<std::string> names;      ///< of subjects; empty = all
   std::uint64_t count = 0;             ///< events to show; 0 = until interrupted
 };
 

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "clients/aprsim/cli/console.hpp"
+#include "clients/aprsim/cli/suggestion.hpp"
 #include "clients/aprsim/commands/option_parsing.hpp"
 #include "clients/aprsim/text/fault_request.hpp"
 #include "clients/aprsim/text/status_text.hpp"
@@ -69,7 +70,7 @@ std::string fault_line(const v1::InjectedFault& fault) {
 
 std::string kind_text(const faults::KindInfo& kind) {
   std::string text = fmt::format("{} {}\n    {}.{}\n", kind.name, faults::pattern_of(kind.target),
-                                 kind.meaning, kind.momentary ? " Over at once." : "");
+                                 kind.meaning, kind.momentary ? " Momentary." : "");
   for (std::size_t i = 0; i < kind.parameter_count(); ++i) {
     const faults::Parameter& parameter = kind.parameters[i];
     const std::string unit = parameter.unit == "1" ? "" : " " + std::string(parameter.unit);
@@ -98,7 +99,7 @@ Json kind_object(const faults::KindInfo& kind) {
           {"parameters", parameters}};
 }
 
-/// What was done, and when in the simulation.
+/// Shows the receipt of a command: its effect and the step.
 void show_done(const char* done, const std::string& what, const v1::Receipt& receipt,
                const Json& fields, Console& console) {
   Json object{{"done", done},
@@ -111,7 +112,7 @@ void show_done(const char* done, const std::string& what, const v1::Receipt& rec
                object);
 }
 
-/// One option for each name of a parameter that some kind has.
+/// Declares one option for each parameter name of any kind.
 void add_fault_parameters(CLI::App& inject, const std::shared_ptr<FaultInjectCommand>& command) {
   std::map<std::string, std::pair<std::string, std::vector<std::string>>> names;  // unit, kinds
   for (const auto& kind : faults::all_kinds()) {
@@ -138,35 +139,35 @@ void add_fault_parameters(CLI::App& inject, const std::shared_ptr<FaultInjectCom
   }
 }
 
-/// Of parameters that the kind does not have; its other numbers are the daemon's to judge.
+/// Refuses parameters that the kind does not have. The daemon checks their values.
 void check_fault_parameters(const FaultInjectCommand& command) {
   const faults::KindInfo& kind = *faults::find(command.kind);
   for (const auto& [name, value] : command.parameters) {
     if (kind.parameter(name)) continue;
     throw CLI::ValidationError("--" + name, std::string(kind.name) +
                                                 " has no such parameter; 'aprsim fault "
-                                                "kinds' tells which it has");
+                                                "kinds' lists its parameters");
   }
 }
 
 void add_fault_inject(CLI::App& fault, CommandLine& line) {
   auto [inject, command] = add_command<FaultInjectCommand>(
-      fault, line, "inject", "Inject a fault, now or later; 'fault kinds' tells which there are");
+      fault, line, "inject", "Inject a fault, now or later; 'fault kinds' lists the kinds");
   inject->add_option("KIND", command->kind, "Kind of the fault")
       ->check(CLI::Validator(
           [](std::string& text) {
-            return faults::find(text) != nullptr
-                       ? std::string()
-                       : "'" + text + "' is no kind of fault; 'aprsim fault kinds' lists them";
+            if (faults::find(text) != nullptr) return std::string();
+            std::vector<std::string> kinds;
+            for (const auto& kind : faults::all_kinds()) kinds.emplace_back(kind.name);
+            return "'" + text + "' is no kind of fault" + suggestion(text, kinds) +
+                   " ('aprsim fault kinds' lists them)";
           },
           ""))
       ->required();
   inject->add_option("TARGET", command->target,
-                     "What it happens to, as the kind says: a robot, ROBOT:JOINT, a part, ...");
+                     "Target, by kind: a robot, ROBOT:JOINT, a part, ...");
   constexpr double kLongest = 1e7;
-  auto* at = inject
-                 ->add_option("--at", command->at_s,
-                              "Simulated time at which it begins (default: at once)")
+  auto* at = inject->add_option("--at", command->at_s, "Simulated time of its begin (default: now)")
                  ->type_name("SECONDS")
                  ->check(within(0, kLongest));
   inject
@@ -177,11 +178,12 @@ void add_fault_inject(CLI::App& fault, CommandLine& line) {
             if (!when) throw CLI::ValidationError("--when", when.error());
             c->when = *std::move(when);
           },
-          "What it waits for: placed:TYPE[:ROBOT], grasp:ROBOT[:N], beam:EYE, event:NAME, or a "
-          "quantity that crosses a limit, as tool-force:ROBOT>20 or joint-position:ROBOT:JOINT<0.5")
+          "Trigger: placed:TYPE[:ROBOT], grasp:ROBOT[:N], beam:EYE, event:NAME, or a "
+          "quantity that crosses a limit, such as tool-force:ROBOT>20 or "
+          "joint-position:ROBOT:JOINT<0.5")
       ->type_name("TRIGGER")
       ->excludes(at);
-  inject->add_option("--for", command->for_s, "How long it lasts (default: until it is ended)")
+  inject->add_option("--for", command->for_s, "Duration (default: until 'fault end')")
       ->type_name("SECONDS")
       ->check(above_zero(kLongest));
   add_fault_parameters(*inject, command);
@@ -210,7 +212,7 @@ Outcome<void> run_command(const FaultListCommand& /*command*/, Console& console)
 
 Outcome<void> run_command(const FaultKindsCommand& command, Console& console) {
   if (command.markdown) {
-    console.out << faults::markdown();
+    console.print(faults::markdown());
     return {};
   }
   for (const auto& kind : faults::all_kinds()) console.show(kind_text(kind), kind_object(kind));
@@ -246,24 +248,25 @@ Outcome<void> run_command(const FaultEventCommand& command, Console& console) {
 }
 
 void add_fault(CLI::App& app, CommandLine& line) {
-  CLI::App* fault = app.add_subcommand("fault", "Faults in the cell, injected on purpose");
+  CLI::App* fault = app.add_subcommand("fault", "Inject and list faults");
   fault->require_subcommand(1);
-  offer_json(*add_command<FaultListCommand>(*fault, line, "list",
-                                            "Those that wait or last, and the latest that are over")
-                  .first,
-             line);
+  offer_json(
+      *add_command<FaultListCommand>(*fault, line, "list", "List pending, active and recent faults")
+           .first,
+      line);
   auto [kinds, kinds_command] = add_command<FaultKindsCommand>(
-      *fault, line, "kinds", "Which kinds there are, with targets and parameters; needs no daemon");
-  kinds->add_flag("--markdown", kinds_command->markdown, "As a table for documents");
-  offer_json(*kinds, line, "One JSON object a kind");
+      *fault, line, "kinds",
+      "List the kinds of faults with targets and parameters; needs no daemon");
+  kinds->add_flag("--markdown", kinds_command->markdown, "Print a Markdown table");
+  offer_json(*kinds, line, "Print one JSON object per kind");
   add_fault_inject(*fault, line);
-  auto [end, end_command] =
-      add_command<FaultEndCommand>(*fault, line, "end", "End a fault, or give up one that waits");
-  end->add_option("ID", end_command->id, "Its number, as 'fault list' shows it")->required();
+  auto [end, end_command] = add_command<FaultEndCommand>(
+      *fault, line, "end", "End an active fault or cancel a pending one");
+  end->add_option("ID", end_command->id, "Number of the fault, from 'fault list'")->required();
   offer_json(*end, line);
   auto [event, event_command] = add_command<FaultEventCommand>(
-      *fault, line, "event", "Tell the faults that wait for it that something has happened");
-  event->add_option("NAME", event_command->event, "What, as order-submitted")
+      *fault, line, "event", "Report an event to the faults that wait for it");
+  event->add_option("NAME", event_command->event, "Name of the event, such as order-submitted")
       ->check(not_empty())
       ->required();
   offer_json(*event, line);

@@ -1,11 +1,9 @@
 #include "clients/aprsim/commands/incident_commands.hpp"
 
-#include <cerrno>
 #include <charconv>
 #include <cstdint>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
+#include <optional>
 #include <system_error>
 
 #include <CLI/CLI.hpp>
@@ -15,11 +13,12 @@
 #include "clients/aprsim/cli/console.hpp"
 #include "clients/aprsim/commands/option_parsing.hpp"
 #include "clients/wires/cell_connection.hpp"
+#include "world/base/files/draft_file.hpp"
 
 namespace aprsim::client {
 namespace {
 
-/// A name without folders, whatever a daemon says.
+/// The daemon's name for the file, without directories.
 std::string plain_name(const std::string& name) {
   const std::string plain = std::filesystem::path(name).filename().string();
   return plain.empty() || plain == "." || plain == ".." ? "incident.journal" : plain;
@@ -34,8 +33,8 @@ double span_of(const std::string& text) {
   const double span_s = unit == "min" ? 60 * value : value;
   if (error != std::errc() || !(unit.empty() || unit == "s" || unit == "min") ||
       !(span_s > 0 && span_s <= kLongest_s)) {
-    throw CLI::ValidationError("--last",
-                               text + " is no time above 0 and up to a day, as 60s or 10min");
+    throw CLI::ValidationError(
+        "--last", text + " is not a time above 0 and up to a day, such as 60s or 10min");
   }
   return span_s;
 }
@@ -44,32 +43,27 @@ double span_of(const std::string& text) {
 
 Outcome<void> run_command(const IncidentCommand& command, Console& console) {
   std::string name = command.file;
-  std::ofstream file;
+  std::optional<files::DraftFile> file;
   std::uint64_t bytes = 0, expected = 0;
-  int error = 0;
   const auto write = [&](const v1::GetIncidentResponse& piece) {
-    if (!file.is_open()) {
+    if (!file) {
       if (name.empty()) name = plain_name(piece.name());
       expected = piece.size();
-      errno = 0;
-      file.open(name, std::ios::binary | std::ios::trunc);
+      file.emplace(name);
     }
-    file.write(piece.data().data(), static_cast<std::streamsize>(piece.data().size()));
+    file->out().write(piece.data().data(), static_cast<std::streamsize>(piece.data().size()));
     bytes += piece.data().size();
-    if (!file) error = errno != 0 ? errno : EIO;
-    return error == 0;
+    return file->out().good();
   };
   const auto done = CellConnection(console.endpoints).incident(command.last_s, write);
   if (!done) return tl::unexpected(done.error());
-  errno = 0;
-  if (error == 0 && !file.flush()) error = errno != 0 ? errno : EIO;
-  if (error != 0) {
-    return tl::unexpected(
-        Failure{FailureKind::kUsage, fmt::format("{}: {}", name, std::strerror(error))});
+  if (!file) return failed(FailureKind::kConnection, "the daemon sent no incident");
+  if (file->out().good() && bytes != expected) {
+    return failed(FailureKind::kConnection,
+                  fmt::format("{}: only {} of {} bytes arrived", name, bytes, expected));
   }
-  if (bytes != expected) {
-    return tl::unexpected(Failure{FailureKind::kConnection,
-                                  fmt::format("{}: {} of {} bytes came", name, bytes, expected)});
+  if (auto written = file->commit(); !written) {
+    return failed(FailureKind::kUsage, written.error().message);
   }
   console.show(fmt::format("{}: {:.1f} MB\n", name, static_cast<double>(bytes) * 1e-6),
                {{"done", "incident"}, {"file", name}, {"bytes", bytes}});
@@ -78,13 +72,15 @@ Outcome<void> run_command(const IncidentCommand& command, Console& console) {
 
 void add_incident(CLI::App& app, CommandLine& line) {
   auto [incident, command] = add_command<IncidentCommand>(
-      app, line, "incident", "Write the latest of the run into a file that can be run again");
+      app, line, "incident", "Write the latest part of the run to a journal that can be replayed");
   incident
       ->add_option_function<std::string>(
           "--last", [c = command](const std::string& text) { c->last_s = span_of(text); },
-          "How far back, in simulated time, as 60s or 10min (default 60s)")
+          "Simulated time to include, such as 60s or 10min (default 60s)")
       ->type_name("TIME");
-  incident->add_option("--file", command->file, "Where to (default: named by the daemon, here)")
+  incident
+      ->add_option("--file", command->file,
+                   "File to write (default: the daemon's name for it, in this directory)")
       ->type_name("FILE")
       ->check(not_empty());
   offer_json(*incident, line);

@@ -4,12 +4,12 @@
 
 #include "clients/aprsim/commands/command_group.hpp"
 
-/// The latest of the run as a file.
+/// Writes the latest part of the run to a file.
 namespace aprsim::client {
 
 struct IncidentCommand {
   double last_s = 60;  ///< simulated
-  std::string file;    ///< empty = by the name that the daemon gives it, here
+  std::string file;    ///< empty = the daemon's name for it, in this directory
 };
 
 [[nodiscard]] Outcome<void> run_command(const IncidentCommand& command, Console& console);

@@ -36,20 +36,20 @@ Outcome<void> run_command(const IntruderCommand& command, Console& console) {
 
 void add_intruder(CLI::App& app, CommandLine& line) {
   CLI::App* intruder = app.add_subcommand(
-      "intruder", "Let the cell's sensors see a person or object that nothing touches");
+      "intruder", "Place a person or object that sensors detect and nothing touches");
   intruder->require_subcommand(1);
   auto [put, command] =
-      add_command<IntruderCommand>(*intruder, line, "put", "Put it on the floor, or move it");
+      add_command<IntruderCommand>(*intruder, line, "put", "Place it on the floor, or move it");
   put->add_option_function<std::array<double, 2>>(
          "XY", [c = command](const std::array<double, 2>& xy) { c->xy_m = xy; },
-         "Where its middle stands, in the world [m]")
+         "Position of its centre in the world [m]")
       ->check(finite())
       ->required();
   put->add_option("--size", command->size_m, "Extent along x, y and z [m] (default 0.5 0.3 1.75)")
       ->type_name("X Y Z")
       ->check(above_zero());
   offer_json(*put, line);
-  offer_json(*add_command<IntruderCommand>(*intruder, line, "remove", "Take it away").first, line);
+  offer_json(*add_command<IntruderCommand>(*intruder, line, "remove", "Remove it").first, line);
 }
 
 }  // namespace aprsim::client

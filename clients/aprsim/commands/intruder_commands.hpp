@@ -5,11 +5,11 @@
 
 #include "clients/aprsim/commands/command_group.hpp"
 
-/// What the cell's sensors see of a person.
+/// A person or object that only the cell's sensors detect.
 namespace aprsim::client {
 
 struct IntruderCommand {
-  std::optional<std::array<double, 2>> xy_m;        ///< where it stands on the floor; absent = gone
+  std::optional<std::array<double, 2>> xy_m;        ///< position on the floor; absent = removed
   std::array<double, 3> size_m = {0.5, 0.3, 1.75};  ///< a person's
 };
 

@@ -30,14 +30,14 @@ std::string cut_to_width(std::string_view line, std::size_t columns) {
 void LiveView::show(const std::string& text) {
   winsize size{};
   const bool known = ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_row > 1;
-  // The size of the terminals that do not tell it.
+  // Default for terminals that do not report their size.
   show(text, known ? size.ws_row : 24, known && size.ws_col > 0 ? size.ws_col : 80);
 }
 
 void LiveView::show(const std::string& text, std::size_t rows, std::size_t columns) {
   if (shown_lines_ > 0) out_ << fmt::format("\x1b[{}A", shown_lines_);
   std::size_t lines = 0;
-  // The cursor's own line stays free: a line more would scroll, and the way up be too short.
+  // The cursor's line stays free: one more line would scroll the terminal.
   for (std::size_t i = 0; i < text.size() && lines + 1 < rows; ++lines) {
     const std::size_t end = std::min(text.find('\n', i), text.size());
     out_ << '\r' << cut_to_width(std::string_view(text).substr(i, end - i), columns) << "\x1b[K\n";

@@ -29,7 +29,7 @@ constexpr std::array kEnvironment{
     Entry{"TERM", "When dumb or not set, output is not coloured and not redrawn in place."},
 };
 
-// What stands in the objects of --json, by command.
+// Keys of the objects of --json, by command.
 constexpr std::array kJson{
     Entry{"status",
           "The snapshot as protobuf's JSON mapping of aprsim.v1.Snapshot gives it, with "
@@ -79,14 +79,17 @@ constexpr std::array kJson{
         "progress "
         "(time_s, placed, orders: a list of name, tray, state, kits, done, parts, parts_wanted); "
         "without --json its last line is report, the table."},
-    Entry{"batch, merge",
-          "scenario, description, controller, version, fingerprint, runs, missing (seeds), "
-          "as_expected, as_expected_share_95 (confidence interval), measures (by name: runs, mean, "
-          "mean_95, deviation, min, p05, median, p95, max), success_by_parameter (by name: list of "
-          "from, to, runs, as_expected, share_95), sensitivity (list of parameter, outcome, "
-          "rank_correlation, p, p_adjusted), worst (list of seed, why, journal); report.json also "
-          "has each: list of seed, as_expected, ended, state_hash, broken, values, drawn. batch "
-          "also run_now, wall_s, tried_again, peak_world_mb."},
+    Entry{
+        "batch, merge",
+        "scenario, description, controller, version, fingerprint, runs, missing (seeds), "
+        "as_expected, as_expected_share_95 (confidence interval), measures (by name: unit, "
+        "better (higher, lower or empty), runs, mean, mean_95, deviation, min, p05, median, p95, "
+        "max), success_by_parameter (by name: list of "
+        "from, to, runs, as_expected, share_95), sensitivity (list of parameter, outcome, "
+        "rank_correlation, p, p_adjusted), worst (list of seed, why, journal: runs that failed or "
+        "deviate), journals (list of seed, journal); report.json also "
+        "has each: list of seed, as_expected, ended, state_hash, broken, values, drawn. batch "
+        "also run_now, wall_s, tried_again, peak_world_mb."},
     Entry{
         "report diff",
         "runs_before, runs_after, paired, pairs, level, worse, outcomes (list of outcome, before, "
@@ -104,8 +107,9 @@ constexpr std::array kJson{
         "written (csv, mcap or html), to, snapshots, wires, events, messages: one object for each "
         "thing written."},
     Entry{"trace import",
-          "journal, packets, connections, records, duration_s, by_listener (documents, units and "
-          "lines of each), notes (what is missing)."},
+          "journal, packets, skipped (packets of an encapsulation that is not read), connections, "
+          "records, duration_s, by_listener (documents, units and lines of each), notes (what is "
+          "missing)."},
     Entry{"trace show",
           "time_s, wire, connection, direction (in, out or empty), what: one object a line; notes "
           "at the end, where something is missing."},
@@ -140,14 +144,14 @@ constexpr std::array kExamples{
     Entry{"aprsim crcl jog --robot fanuc --init --axis z --by 20", "20 mm up."},
     Entry{"aprsim crcl stop", "Both robots stop."},
     Entry{"aprsim events --kind grasped --kind released",
-          "What robots take and let go, as they do."},
+          "Shows grasps and releases of the robots."},
     Entry{"aprsim fault inject gripper-leak fanuc --over 5 --when grasp:fanuc:2",
-          "From its second grasp on, the gripper presses less and less."},
-    Entry{"aprsim conveyor set --speed 50% --direction reverse", "The belt runs backward."},
-    Entry{"aprsim conveyor status --json | jq .speed_m_s", "Its speed, for a program."},
+          "Weakens the gripper from its second grasp on."},
+    Entry{"aprsim conveyor set --speed 50% --direction reverse", "Runs the belt in reverse."},
+    Entry{"aprsim conveyor status --json | jq .speed_m_s", "Prints the speed of the belt."},
 };
 
-/// Text as mdoc takes it: no macro, no escape, hyphens that can be copied.
+/// Escapes text for mdoc: no macros, no escapes, hyphens that can be copied.
 std::string plain(std::string_view text) {
   std::string out;
   for (const char c : text) {
@@ -162,14 +166,14 @@ std::string plain(std::string_view text) {
   return out.starts_with('.') || out.starts_with('\'') ? "\\&" + out : out;
 }
 
-/// Whole sentences, each on a line of its own as mdoc wants it.
+/// Sentences, each on a line of its own for mdoc.
 std::string sentences(std::string_view text) {
   std::string out = plain(text);
   for (std::size_t at = 0; (at = out.find(". ", at)) != std::string::npos; ++at) out[at + 1] = '\n';
   return out;
 }
 
-/// One argument of a macro, blanks and all.
+/// One argument of a macro, which may contain blanks.
 std::string argument(std::string_view text) { return "\"" + plain(text) + "\""; }
 
 std::string option_line(const OptionInfo& option) {
@@ -230,8 +234,8 @@ std::string manual_page() {
   add_command(program, program.path, out);
   out +=
       ".El\n.Sh JSON OUTPUT\n"
-      "With\n.Fl \\-json\neach result is an object on a line of its own (that of\n.Cm status\n"
-      "on several).\nNumbers are in SI units, or in those that their name says.\nFailures stay "
+      "With\n.Fl \\-json\neach result is an object on a line of its own.\nNumbers are in SI units, "
+      "or in those that their name says.\nFailures stay "
       "text\n"
       "on standard error; the exit status tells their kind.\n";
   add_list(kJson, "Cm", out);

@@ -6,6 +6,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "clients/aprsim/cli/suggestion.hpp"
+
 namespace aprsim::client {
 
 std::optional<double> number_of(std::string_view text) {
@@ -71,8 +73,9 @@ void choose(CLI::Option* option, const std::vector<std::string>& words) {
   const std::string all = CLI::detail::join(words, "|");
   option->type_name(all)->check(CLI::Validator(
       [words, all](std::string& text) {
-        return std::ranges::find(words, text) != words.end() ? std::string()
-                                                             : "'" + text + "' is none of " + all;
+        return std::ranges::find(words, text) != words.end()
+                   ? std::string()
+                   : "'" + text + "' is not one of " + all + suggestion(text, words);
       },
       ""));
 }
@@ -100,6 +103,16 @@ CLI::Option* add_robot(CLI::App& sub, std::string& robot) {
 void add_timeout(CLI::App& sub, double& timeout_s, const char* what) {
   constexpr double kMax = 1e6;
   sub.add_option("--timeout", timeout_s, what)->type_name("SECONDS")->check(above_zero(kMax));
+}
+
+void add_patience(CLI::App& sub, unsigned& patience_s) {
+  // Within the hour that a single request may take.
+  constexpr unsigned kMost_s = 3000;
+  sub.add_option(
+         "--patience", patience_s,
+         "Give up a run in virtual time after this wall time without progress (default 600)")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(1U, kMost_s).description(""));
 }
 
 }  // namespace aprsim::client

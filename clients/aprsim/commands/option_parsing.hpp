@@ -13,10 +13,10 @@
 
 #include "clients/aprsim/commands/command_line.hpp"
 
-/// What the groups of commands declare their words and options with.
+/// Helpers with which the groups of commands declare their words and options.
 namespace aprsim::client {
 
-/// The parser of one command: it fills the struct, and marks it as the chosen one.
+/// Declares a command whose parser fills the struct and selects it.
 template <typename Command>
 std::pair<CLI::App*, std::shared_ptr<Command>> add_command(CLI::App& app, CommandLine& line,
                                                            const char* name, const char* help) {
@@ -27,24 +27,27 @@ std::pair<CLI::App*, std::shared_ptr<Command>> add_command(CLI::App& app, Comman
   return {sub, command};
 }
 
-/// Results as JSON.
+/// Declares --json.
 void offer_json(CLI::App& sub, CommandLine& line, const char* what = "One JSON object a line");
-/// A robot that must be named.
+/// Declares the required --robot.
 CLI::Option* add_robot(CLI::App& sub, std::string& robot);
 void add_timeout(CLI::App& sub, double& timeout_s, const char* what);
 
-/// The whole text as a finite number.
+/// Declares --patience of runs in virtual time.
+void add_patience(CLI::App& sub, unsigned& patience_s);
+
+/// Reads the whole text as a finite number.
 [[nodiscard]] std::optional<double> number_of(std::string_view text);
 
-/// NAME=NUMBER; without a number where there is none.
+/// Splits NAME=NUMBER; the number is absent if it is not one.
 struct NamedNumber {
   std::string name;
   std::optional<double> number;
 };
 [[nodiscard]] NamedNumber named_number_of(const std::string& text);
-/// A number as that of a port; nothing when it is none.
+/// Reads a port number; absent if it is not one.
 [[nodiscard]] std::optional<std::uint16_t> port_of(const std::optional<double>& number);
-/// Of a speed; nothing for max. Throws CLI::ValidationError for `option`.
+/// Reads a speed factor; absent for "max". Throws CLI::ValidationError for `option`.
 [[nodiscard]] std::optional<double> factor_of(const char* option, const std::string& text);
 
 /// A number within limits, both allowed; anything but a number is refused too.
@@ -53,9 +56,9 @@ struct NamedNumber {
 [[nodiscard]] CLI::Validator above_zero(double max = std::numeric_limits<double>::max());
 /// Neither NaN nor infinite.
 [[nodiscard]] CLI::Validator finite();
-/// A shell variable that is not set must not lead to another file, host or robot.
+/// Refuses an empty text: an unset shell variable must not select another file, host or robot.
 [[nodiscard]] CLI::Validator not_empty();
-/// One of a few words; help and completion show them.
+/// One of several words, which help and completion show.
 void choose(CLI::Option* option, const std::vector<std::string>& words);
 
 }  // namespace aprsim::client

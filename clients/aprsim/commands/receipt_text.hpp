@@ -10,8 +10,8 @@
 
 namespace aprsim::client {
 
-/// Shows what was done, and when in the simulation; `done` is its name for programs, `fields` what
-/// belongs to it besides.
+/// Shows the receipt of a command with its step; `done` is its name in JSON, `fields` are further
+/// fields.
 [[nodiscard]] Outcome<void> show_receipt(
     const char* done, const std::string& what, const Outcome<v1::Receipt>& receipt,
     Console& console, const nlohmann::ordered_json& fields = nlohmann::ordered_json::object());

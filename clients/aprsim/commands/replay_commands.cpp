@@ -36,7 +36,7 @@ std::vector<std::string> daemon_line(const ReplayCommand& command, bool json) {
   return line;
 }
 
-/// A moment of a run, for the daemon's program.
+/// Reads a moment of a run in the syntax of aprsimd.
 CLI::Validator moment() {
   return CLI::Validator(
       [](std::string& text) {
@@ -58,20 +58,20 @@ Outcome<void> run_command(const ReplayCommand& command, Console& console) {
                                     ChildProcess::Pipes::kOutputAndErrors);
   if (!daemon) return failed(FailureKind::kUsage, daemon.error().message);
   const std::string own = "aprsimd: ";
-  std::string complaint;  // the daemon's, which is told as ours
+  std::string complaint;  // error of aprsimd, reported as ours
   const auto show = [&] {
     for (const std::string& line : daemon->lines()) {
       if (line.starts_with(own)) {
         complaint = line.substr(own.size());
       } else {
-        console.out << line << '\n' << std::flush;
+        console.print(line + '\n');
       }
     }
   };
   std::optional<int> code;
   while (!(code = daemon->ended())) {
     show();
-    if (interruption::noted()) {
+    if (interruption::requested()) {
       daemon->stop(kEnd);
       show();
       return failed(FailureKind::kInterrupted, "interrupted");
@@ -86,19 +86,19 @@ Outcome<void> run_command(const ReplayCommand& command, Console& console) {
 
 void add_replay(CLI::App& app, CommandLine& line) {
   auto [replay, command] = add_command<ReplayCommand>(
-      app, line, "replay", "Run a recorded run again and compare it; needs no daemon");
+      app, line, "replay", "Replay a recorded run and compare its states; needs no daemon");
   replay
       ->add_option("FILE", command->files,
-                   "The journals of one run, in their order; or the first, or their directory")
+                   "Journals of one run in order, the first one, or their directory")
       ->type_name("FILE|DIR ...")
       ->check(not_empty())
       ->required();
   replay
       ->add_option("--from", command->from,
-                   "Begin at the last checkpoint before this simulated time")
+                   "Start at the last checkpoint before this simulated time")
       ->type_name("[EPOCH:]SECONDS")
       ->check(moment());
-  replay->add_option("--to", command->to, "End at this simulated time")
+  replay->add_option("--to", command->to, "Stop at this simulated time")
       ->type_name("[EPOCH:]SECONDS")
       ->check(moment());
   replay
@@ -111,8 +111,8 @@ void add_replay(CLI::App& app, CommandLine& line) {
           "Ratio of simulated to wall time, or max (default; with --serve 1)")
       ->type_name("X");
   replay->add_flag("--serve", command->serve,
-                   "Serve it to browsers and gRPC clients, who see it and command nothing");
-  replay->add_flag("--any-port", command->any_port, "With --serve: on any free ports")
+                   "Serve the replay to browsers and gRPC clients, read-only");
+  replay->add_flag("--any-port", command->any_port, "With --serve: listen on free ports")
       ->needs("--serve");
   replay
       ->add_option("--write-ports", command->ports_file,

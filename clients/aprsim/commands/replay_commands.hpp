@@ -5,10 +5,10 @@
 
 #include "clients/aprsim/commands/command_group.hpp"
 
-/// A recorded run again.
+/// Replays of recorded runs.
 namespace aprsim::client {
 
-/// Runs a recorded run again: by the daemon's program, as clients have no world.
+/// Replays a recorded run with aprsimd, as clients contain no simulation.
 struct ReplayCommand {
   std::vector<std::string> files;  ///< of one run, in their order
   std::string from, to;            ///< SECONDS or EPOCH:SECONDS; empty = whole

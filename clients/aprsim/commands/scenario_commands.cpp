@@ -1,6 +1,8 @@
 #include "clients/aprsim/commands/scenario_commands.hpp"
 
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <ostream>
 #include <thread>
 
@@ -14,6 +16,7 @@
 #include "clients/aprsim/scenario/report.hpp"
 #include "clients/aprsim/scenario/run_programs.hpp"
 #include "clients/aprsim/scenario/runner.hpp"
+#include "world/base/files/draft_file.hpp"
 #include "world/scenario/plan.hpp"
 #include "world/scenario/scenario_reader.hpp"
 
@@ -39,40 +42,40 @@ nlohmann::ordered_json progress_json(const RunProgress& progress) {
       {"progress", {{"time_s", progress.time_s}, {"placed", progress.placed}, {"orders", orders}}}};
 }
 
-/// Tells of a run on the console, for people or, by --progress, for programs.
+/// Reports a run on the console, for people or, with --progress, for programs.
 RunListener listener_of(const ScenarioRunCommand& command, Console& console) {
   RunListener listener;
   if (command.progress) {
     listener.event = [&](const RunEvent& event) {
-      const nlohmann::ordered_json line{{"time_s", event.time_s}, {"what", event.what}};
-      console.out << line.dump() << std::endl;
+      console.print_json({{"time_s", event.time_s}, {"what", event.what}});
     };
     listener.progress = [&](const RunProgress& progress) {
-      console.out << progress_json(progress).dump() << std::endl;
+      console.print_json(progress_json(progress));
     };
   } else if (!console.json) {
     listener.event = [&](const RunEvent& event) {
-      console.out << fmt::format("{:8.2f} s  {}\n", event.time_s, event.what) << std::flush;
+      console.print(fmt::format("{:8.2f} s  {}\n", event.time_s, event.what));
     };
   }
   return listener;
 }
 
 void add_scenario_name(CLI::App& app, std::string& name, std::uint64_t& seed) {
-  app.add_option("NAME", name, "As 'scenario list' has it, or a file")
+  app.add_option("NAME", name, "Name from 'scenario list', or a file")
       ->check(not_empty())
       ->required();
-  app.add_option("--seed", seed, "Of all that varies (default 1)")->type_name("N");
+  app.add_option("--seed", seed, "Random seed (default 1)")->type_name("N");
 }
 
-/// A batch of the seeds from the command's on; without --report, in a directory that goes with it.
+/// Runs a batch of seeds from the command's seed on; without --report in a temporary directory.
 Outcome<void> repeat(const ScenarioRunCommand& command, Console& console) {
   const RunDirectory directory(command.report);
   BatchCommand batch{.scenario = command.name,
                      .out = command.report.empty() ? directory.file("batch") : command.report,
                      .jobs = command.jobs,
                      .journals = 0,
-                     .controller = command.controller};
+                     .controller = command.controller,
+                     .patience_s = command.patience_s};
   for (unsigned i = 0; i < command.repeat; ++i) batch.seeds.push_back(command.seed + i);
   const auto done = run_and_show(batch, !command.report.empty(), console);
   if (!done) return tl::unexpected(done.error());
@@ -109,8 +112,8 @@ Outcome<void> run_command(const ScenarioCheckCommand& command, Console& console)
   if (!plan) return tl::unexpected(wrong_file(plan.error()));
   unsigned kits = 0;
   for (const auto& order : scenario->orders) kits += order.count;
-  console.show(fmt::format("{} is in order: {} kits, {} faults, at most {} s\n", scenario->file,
-                           kits, scenario->faults.size(), scenario->stop.time_limit_s),
+  console.show(fmt::format("{} is valid: {} kits, {} faults, at most {} s\n", command.name, kits,
+                           scenario->faults.size(), scenario->stop.time_limit_s),
                {{"name", scenario->name},
                 {"file", scenario->file},
                 {"scene", scenario->scene_file},
@@ -120,24 +123,47 @@ Outcome<void> run_command(const ScenarioCheckCommand& command, Console& console)
   return {};
 }
 
+namespace {
+
+/// Checks that neither the report nor the journal of a run replaces the scenario or its scene.
+Outcome<void> check_run_outputs(const ScenarioRunCommand& command,
+                                const scenario::Scenario& scenario) {
+  std::vector<std::string> outputs;
+  if (!command.report.empty()) {
+    outputs = report_files(command.report);
+    const auto run = RunDirectory::files(command.report);
+    outputs.insert(outputs.end(), run.begin(), run.end());
+  }
+  if (!command.journal.empty()) outputs.push_back(command.journal);
+  const std::array inputs{scenario.file, scenario.scene_file};
+  if (auto apart = files::check_outputs(inputs, outputs); !apart) {
+    return tl::unexpected(wrong_file(apart.error()));
+  }
+  return {};
+}
+
+}  // namespace
+
 Outcome<void> run_command(const ScenarioRunCommand& command, Console& console) {
-  if (command.repeat > 0) return repeat(command, console);
   const auto paths = scene::default_data_paths();
   const auto scenario = scenario::load_scenario(command.name, paths);
   if (!scenario) return tl::unexpected(wrong_file(scenario.error()));
+  if (auto apart = check_run_outputs(command, *scenario); !apart) return apart;
+  if (command.repeat > 0) return repeat(command, console);
   const auto plan = scenario::plan(*scenario, command.seed, paths);
   if (!plan) return tl::unexpected(wrong_file(plan.error()));
   RunOptions options{.speed = command.speed,
                      .virtual_time = command.virtual_time,
                      .controller = command.controller,
                      .directory = command.report,
-                     .journal = command.journal};
+                     .journal = command.journal,
+                     .patience = std::chrono::seconds(command.patience_s)};
   if (command.attach) options.cell = RunningCell{console.endpoints, console.ports_file};
   const auto run = run_scenario(*scenario, *plan, options, listener_of(command, console));
   if (!run) return tl::unexpected(run.error());
   const std::string table = report_table(*run, console.screen.out);
   if (command.progress && !console.json) {
-    console.out << nlohmann::ordered_json{{"report", table}}.dump() << std::endl;
+    console.print_json({{"report", table}});
   } else {
     console.show('\n' + table, report_json(*run));
   }
@@ -157,68 +183,67 @@ namespace {
 void add_scenario_run(CLI::App& scenario, CommandLine& line) {
   auto [run, command] =
       add_command<ScenarioRunCommand>(scenario, line, "run",
-                                      "Run a scenario, in a daemon of its own or in the "
-                                      "cell that runs, and compare the outcome with "
-                                      "what is expected");
+                                      "Run a scenario, in its own daemon or in the "
+                                      "running cell, and compare the outcome with the "
+                                      "expectations");
   add_scenario_name(*run, command->name, command->seed);
   run->add_option_function<std::string>(
          "--speed",
          [c = command](const std::string& text) { c->speed = factor_of("--speed", text); },
-         "Simulated to wall time: from 0.001 to 1e6, or max (default 1)")
+         "Ratio of simulated to wall time: 0.001 to 1e6, or max (default 1)")
       ->type_name("X");
-  CLI::Option* polls =
-      run->add_flag("--virtual", command->virtual_time,
-                    "The controller's polls are the clock: the same seed, the same report");
+  CLI::Option* polls = run->add_flag(
+      "--virtual", command->virtual_time,
+      "Use virtual time: the controller's polls advance it, and equal seeds give equal reports");
   polls->excludes("--speed");
-  CLI::Option* attach = run->add_flag(
-      "--attach", command->attach,
-      "Reset the cell that runs and run it there: without what varies in the scenario's scene");
+  CLI::Option* attach =
+      run->add_flag("--attach", command->attach,
+                    "Reset the running cell and run there, without the variations of the scene");
   attach->excludes(polls);
   run->add_flag("--progress", command->progress,
-                "Tell what happens and how far the orders are, as one JSON object a line");
+                "Report events and the progress of orders, as one JSON object per line");
   CLI::Option* journal =
-      run->add_option("--journal", command->journal,
-                      "File or directory for the journal of the run's own daemon")
+      run->add_option("--journal", command->journal, "File or directory for the journal of the run")
           ->type_name("FILE|DIR")
           ->check(not_empty())
           ->excludes(attach);
-  CLI::Option* repeat =
-      run->add_option("--repeat", command->repeat,
-                      "So many seeds from --seed on, in virtual time, and one report, as a batch")
-          ->type_name("N")
-          ->check(CLI::Range(1, 1'000'000))
-          ->excludes("--speed")
-          ->excludes(attach)
-          ->excludes(journal)
-          ->excludes("--progress");
+  CLI::Option* repeat = run->add_option("--repeat", command->repeat,
+                                        "Run N seeds from --seed on as a batch, in virtual time")
+                            ->type_name("N")
+                            ->check(CLI::Range(1, 1'000'000))
+                            ->excludes("--speed")
+                            ->excludes(attach)
+                            ->excludes(journal)
+                            ->excludes("--progress");
   command->jobs = std::max(1U, std::thread::hardware_concurrency());
-  run->add_option("--jobs", command->jobs, "So many at once (default: the processors)")
+  run->add_option("--jobs", command->jobs, "Parallel runs (default: number of processors)")
       ->type_name("J")
       ->check(CLI::Range(1, 256))
       ->needs(repeat);
-  run->add_option("--controller", command->controller,
-                  "Shell command to start in place of the kitting controller, or none to wait for "
-                  "one that runs already")
+  run->add_option(
+         "--controller", command->controller,
+         "Shell command of the controller (default: the scenario's program); none waits for "
+         "one that is running already")
       ->type_name("CMD")
       ->check(not_empty());
+  add_patience(*run, command->patience_s);
   run->add_option("--report", command->report,
                   "Directory for report.json, report.txt, report.html, scene and logs")
       ->type_name("DIR")
       ->check(not_empty());
-  offer_json(*run, line, "The report as one JSON object");
+  offer_json(*run, line, "Print the report as one JSON object");
 }
 
 }  // namespace
 
 void add_scenario(CLI::App& app, CommandLine& line) {
-  CLI::App* scenario =
-      app.add_subcommand("scenario", "Whole jobs with what goes wrong in them, run and measured");
+  CLI::App* scenario = app.add_subcommand("scenario", "Run and evaluate scenarios");
   scenario->require_subcommand(1);
   auto [list, list_command] = add_command<ScenarioListCommand>(
-      *scenario, line, "list", "Those that ship, each in a line; needs no daemon");
+      *scenario, line, "list", "List the shipped scenarios; needs no daemon");
   offer_json(*list, line);
   auto [check, check_command] = add_command<ScenarioCheckCommand>(
-      *scenario, line, "check", "Read a scenario and plan it, and say what is wrong with it");
+      *scenario, line, "check", "Check a scenario without running it");
   add_scenario_name(*check, check_command->name, check_command->seed);
   offer_json(*check, line);
   add_scenario_run(*scenario, line);

@@ -6,7 +6,7 @@
 
 #include "clients/aprsim/commands/command_group.hpp"
 
-/// Scenarios, one run at a time.
+/// Commands for scenarios.
 namespace aprsim::client {
 
 struct ScenarioListCommand {};
@@ -20,12 +20,13 @@ struct ScenarioRunCommand {
   std::optional<double> speed = 1;  ///< absent = as fast as possible
   std::string controller;           ///< empty = the kitting controller
   std::string report;               ///< directory; empty = none
-  bool attach = false;              ///< to the cell that runs, in place of a daemon of its own
-  bool progress = false;            ///< tell what happens as JSON lines
-  bool virtual_time = false;        ///< the controller's polls are the clock
-  std::string journal;              ///< file or directory, of the run's own daemon; empty = none
-  unsigned repeat = 0;  ///< runs in virtual time, from `seed` on, as a batch; 0 = one run
-  unsigned jobs = 1;    ///< of them at once
+  bool attach = false;              ///< run in the running cell instead of an own daemon
+  bool progress = false;            ///< report progress as JSON lines
+  bool virtual_time = false;        ///< the controller's polls advance the time
+  std::string journal;              ///< file or directory of the own daemon; empty = none
+  unsigned repeat = 0;        ///< runs in virtual time, from `seed` on, as a batch; 0 = one run
+  unsigned jobs = 1;          ///< parallel runs
+  unsigned patience_s = 600;  ///< of wall time without progress, in virtual time
 };
 
 [[nodiscard]] Outcome<void> run_command(const ScenarioListCommand& command, Console& console);

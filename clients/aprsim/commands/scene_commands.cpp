@@ -27,7 +27,7 @@ void write_place(const std::array<double, 3>& at_m, double yaw_deg, v1::Pose& po
   pose.mutable_orientation()->set_z(std::sin(half_rad));
 }
 
-/// Where a body has been put, which may be higher than was asked for.
+/// The pose of a placed body, which may be higher than requested.
 template <typename Response>
 Outcome<void> show_body(const char* done, const std::string& what, const std::string& name,
                         const Outcome<Response>& response, Console& console) {
@@ -40,11 +40,11 @@ Outcome<void> show_body(const char* done, const std::string& what, const std::st
 
 template <typename Command>
 void add_place(CLI::App& app, const std::shared_ptr<Command>& command) {
-  app.add_option("--at", command->at_m, "Its origin in the world [m]")
+  app.add_option("--at", command->at_m, "Position of its origin in the world [m]")
       ->type_name("X Y Z")
       ->check(within(-1000, 1000))
       ->required();
-  app.add_option("--yaw", command->yaw_deg, "Turned about the vertical (default 0)")
+  app.add_option("--yaw", command->yaw_deg, "Rotation about the vertical [deg] (default 0)")
       ->type_name("DEGREES")
       ->check(within(-360, 360));
 }
@@ -54,6 +54,11 @@ void add_place(CLI::App& app, const std::shared_ptr<Command>& command) {
 Outcome<void> run_command(const SceneShowCommand& /*command*/, Console& console) {
   const auto scene = CellConnection(console.endpoints).scene();
   if (!scene) return tl::unexpected(scene.error());
+  if (!console.json && !console.screen.live) {
+    // Redirected to a file, the text must stay unchanged.
+    console.write(scene->text());
+    return {};
+  }
   console.show(scene->text(),
                {{"name", scene->name()}, {"revision", scene->revision()}, {"text", scene->text()}});
   return {};
@@ -114,40 +119,43 @@ Outcome<void> run_command(const SceneSetCommand& command, Console& console) {
 }
 
 void add_scene(CLI::App& app, CommandLine& line) {
-  CLI::App* scene = app.add_subcommand("scene", "Look at the scene and change it as it runs");
+  CLI::App* scene = app.add_subcommand("scene", "Show the scene and change it while it runs");
   scene->require_subcommand(1);
+  offer_json(*add_command<SceneShowCommand>(*scene, line, "show", "Print the scene as YAML").first,
+             line);
+  offer_json(*add_command<SceneListCommand>(*scene, line, "list", "List the gears and trays").first,
+             line);
   offer_json(
-      *add_command<SceneShowCommand>(*scene, line, "show", "Print it as the text of a file").first,
+      *add_command<SceneTypesCommand>(*scene, line, "types", "List the types of gears and trays")
+           .first,
       line);
-  offer_json(*add_command<SceneListCommand>(*scene, line, "list", "List its gears and trays").first,
-             line);
-  offer_json(*add_command<SceneTypesCommand>(*scene, line, "types", "List the types of both").first,
-             line);
   const auto name = [](CLI::App& sub, std::string& to) {
     sub.add_option("NAME", to, "Name of the gear or tray")->check(not_empty())->required();
   };
   auto [spawn, spawn_command] =
-      add_command<SceneSpawnCommand>(*scene, line, "spawn", "Put down another gear or tray");
-  spawn->add_option("TYPE", spawn_command->type, "Its type")->check(not_empty())->required();
+      add_command<SceneSpawnCommand>(*scene, line, "spawn", "Add a gear or tray");
+  spawn->add_option("TYPE", spawn_command->type, "Type of the gear or tray")
+      ->check(not_empty())
+      ->required();
   name(*spawn, spawn_command->name);
   add_place(*spawn, spawn_command);
   offer_json(*spawn, line);
   auto [move, move_command] =
-      add_command<SceneMoveCommand>(*scene, line, "move", "Put one elsewhere");
+      add_command<SceneMoveCommand>(*scene, line, "move", "Move a gear or tray");
   name(*move, move_command->name);
   add_place(*move, move_command);
   offer_json(*move, line);
-  auto [remove, remove_command] =
-      add_command<SceneRemoveCommand>(*scene, line, "remove", "Take one out, until a reset");
+  auto [remove, remove_command] = add_command<SceneRemoveCommand>(
+      *scene, line, "remove", "Remove a gear or tray until a reset");
   name(*remove, remove_command->name);
   offer_json(*remove, line);
   auto [set, set_command] = add_command<SceneSetCommand>(
       *scene, line, "set",
-      "Set a value, as physics.friction.gear_tray, of physics, types, cameras");
-  set->add_option("PATH", set_command->path, "Its keys with dots between them")
+      "Set a value of physics, types or cameras, such as physics.friction.gear_tray");
+  set->add_option("PATH", set_command->path, "Path of keys, separated by dots")
       ->check(not_empty())
       ->required();
-  set->add_option("VALUE", set_command->value, "As a scene's file has it")
+  set->add_option("VALUE", set_command->value, "Value in the syntax of scene files")
       ->check(not_empty())
       ->required();
   offer_json(*set, line);

@@ -5,7 +5,7 @@
 
 #include "clients/aprsim/commands/command_group.hpp"
 
-/// The scene as it runs.
+/// Commands for the running scene.
 namespace aprsim::client {
 
 struct SceneShowCommand {};

@@ -8,7 +8,7 @@
 #include "clients/aprsim/commands/command_group.hpp"
 #include "world/api/faults/fault_when.hpp"
 
-/// How the simulation runs.
+/// Commands for the simulation's clock.
 namespace aprsim::client {
 
 struct PauseCommand {};
@@ -21,13 +21,14 @@ struct SpeedCommand {
 };
 struct ResetCommand {
   std::optional<std::uint64_t> seed;
-  std::string scene;  ///< name of one that comes with the daemon, or a file here; empty = the same
+  std::string scene;  ///< name of a scene of the daemon, or a local file; empty = unchanged
 };
 struct RunCommand {
-  std::optional<double> time_s;                ///< until this simulated time
-  std::vector<std::string> kinds, names;       ///< until an event of these (event_text.hpp)
-  std::optional<faults::WhenCrossing> beyond;  ///< until a quantity is; only one of the three
-  std::uint64_t steps = 10'000'000;            ///< at the most
+  std::optional<double> time_s;           ///< until this simulated time
+  std::vector<std::string> kinds, names;  ///< until an event of these (event_text.hpp)
+  std::optional<faults::WhenCrossing>
+      beyond;                        ///< until a quantity crosses a limit; only one of the three
+  std::uint64_t steps = 10'000'000;  ///< at most
 };
 
 [[nodiscard]] Outcome<void> run_command(const PauseCommand& command, Console& console);

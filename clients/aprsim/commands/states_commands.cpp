@@ -13,6 +13,7 @@
 #include "clients/aprsim/commands/receipt_text.hpp"
 #include "clients/aprsim/text/status_text.hpp"
 #include "clients/wires/cell_connection.hpp"
+#include "world/base/files/draft_file.hpp"
 
 namespace aprsim::client {
 namespace {
@@ -29,10 +30,10 @@ Outcome<void> run_command(const SaveCommand& command, Console& console) {
   }
   const auto bytes = cell.export_state(command.name);
   if (!bytes) return tl::unexpected(bytes.error());
-  std::ofstream file(command.file, std::ios::binary);
-  file << *bytes;
-  if (!file.flush()) {
-    return failed(FailureKind::kUsage, command.file + ": it cannot be written");
+  files::DraftFile file(command.file);
+  file.out() << *bytes;
+  if (auto written = file.commit(); !written) {
+    return failed(FailureKind::kUsage, written.error().message);
   }
   return show_receipt(
       "save",
@@ -88,18 +89,19 @@ Outcome<void> run_command(const StatesDeleteCommand& command, Console& console) 
 
 void add_states(CLI::App& app, CommandLine& line) {
   auto [save, save_command] = add_command<SaveCommand>(
-      app, line, "save", "Keep the cell's state under a name, in the daemon");
-  save->add_option("NAME", save_command->name, "What to call it")->check(not_empty())->required();
-  save->add_option("--file", save_command->file, "Also write it to this file")
+      app, line, "save", "Save the state of the cell under a name, in the daemon");
+  save->add_option("NAME", save_command->name, "Name of the state")->check(not_empty())->required();
+  save->add_option("--file", save_command->file, "Also write the state to this file")
       ->type_name("FILE")
       ->check(not_empty());
   offer_json(*save, line);
   auto [load, load_command] =
-      add_command<LoadCommand>(app, line, "load", "Go on from a saved state");
-  auto* name = load->add_option("NAME", load_command->name,
-                                "As it was saved; with --file what to call it (default: the same)");
+      add_command<LoadCommand>(app, line, "load", "Continue from a saved state");
+  auto* name =
+      load->add_option("NAME", load_command->name,
+                       "Name of the state; with --file its new name (default: the saved one)");
   name->check(not_empty());
-  load->add_option("--file", load_command->file, "The file that it was written to")
+  load->add_option("--file", load_command->file, "File that 'save --file' wrote")
       ->type_name("FILE")
       ->check(not_empty());
   load->callback([&line, load_command = load_command] {
@@ -109,13 +111,14 @@ void add_states(CLI::App& app, CommandLine& line) {
     line.command = *load_command;
   });
   offer_json(*load, line);
-  CLI::App* states = app.add_subcommand("states", "The states that the daemon keeps");
+  CLI::App* states = app.add_subcommand("states", "List and delete saved states");
   states->require_subcommand(1);
-  auto [list, list_command] =
-      add_command<StatesListCommand>(*states, line, "list", "Their names, times and memory");
+  auto [list, list_command] = add_command<StatesListCommand>(
+      *states, line, "list", "List names, times and memory of saved states");
   offer_json(*list, line);
-  auto [remove, command] = add_command<StatesDeleteCommand>(*states, line, "delete", "Forget one");
-  remove->add_option("NAME", command->name, "As it was saved")->check(not_empty())->required();
+  auto [remove, command] =
+      add_command<StatesDeleteCommand>(*states, line, "delete", "Delete a saved state");
+  remove->add_option("NAME", command->name, "Name of the state")->check(not_empty())->required();
   offer_json(*remove, line);
 }
 

@@ -9,11 +9,11 @@ namespace aprsim::client {
 
 struct SaveCommand {
   std::string name;
-  std::string file;  ///< also to be written; empty = none
+  std::string file;  ///< file to write as well; empty = none
 };
 struct LoadCommand {
-  std::string name;  ///< empty with a file = as it was saved
-  std::string file;  ///< that the state comes from; empty = the daemon has it
+  std::string name;  ///< empty with a file = its saved name
+  std::string file;  ///< file of the state; empty = the daemon has it
 };
 struct StatesListCommand {};
 struct StatesDeleteCommand {

@@ -14,15 +14,15 @@
 namespace aprsim::client {
 namespace {
 
-Outcome<std::string> json_text(const google::protobuf::Message& message, bool pretty) {
+/// The message as JSON on one line.
+Outcome<std::string> message_line(const google::protobuf::Message& message) {
   google::protobuf::util::JsonPrintOptions options;
-  options.add_whitespace = pretty;
   options.always_print_primitive_fields = true;
   options.preserve_proto_field_names = true;
   std::string text;
   const auto status = google::protobuf::util::MessageToJsonString(message, &text, options);
   if (!status.ok()) return failed(FailureKind::kCheck, "no JSON form: " + status.ToString());
-  return text;
+  return text + '\n';
 }
 
 // The exit code tells scripts and containers that watch the cell's health.
@@ -37,13 +37,13 @@ Outcome<void> run_command(const StatusCommand& command, Console& console) {
   const auto status = CellConnection(console.endpoints).status();
   if (!status) return tl::unexpected(status.error());
   if (console.json) {
-    const auto text = json_text(status->snapshot(), true);
-    if (!text) return tl::unexpected(text.error());
-    console.out << *text;
+    const auto line = message_line(status->snapshot());
+    if (!line) return tl::unexpected(line.error());
+    console.print(*line);
     return healthy(*status);
   }
-  console.out << status_text(status->snapshot(), console.screen.out);
-  if (command.bodies) console.out << bodies_text(status->snapshot());
+  console.print(status_text(status->snapshot(), console.screen.out));
+  if (command.bodies) console.print(bodies_text(status->snapshot()));
   return healthy(*status);
 }
 
@@ -56,18 +56,19 @@ Outcome<void> run_command(const WatchCommand& command, Console& console) {
   const auto streamed =
       CellConnection(console.endpoints).stream(command.rate_hz, [&](const auto& sample) {
         if (console.json) {
-          const auto text = json_text(sample, false);
-          if (!text) {
-            shown_well = tl::unexpected(text.error());
+          const auto line = message_line(sample);
+          if (!line) {
+            shown_well = tl::unexpected(line.error());
             return false;
           }
-          console.out << *text << '\n';
+          console.print(*line);
         } else if (in_place) {
-          view.show(status_text(sample.snapshot(), paint) + dropped_text(sample.dropped_count()));
+          view.show(console.escaped(status_text(sample.snapshot(), paint) +
+                                    dropped_text(sample.dropped_count())));
+          console.out.flush();
         } else {
-          console.out << watch_line(sample.snapshot(), sample.dropped_count(), paint);
+          console.print(watch_line(sample.snapshot(), sample.dropped_count(), paint));
         }
-        console.out.flush();
         return console.out.good() && ++shown != command.count;
       });
   return shown_well ? streamed : shown_well;
@@ -75,16 +76,16 @@ Outcome<void> run_command(const WatchCommand& command, Console& console) {
 
 void add_status(CLI::App& app, CommandLine& line) {
   auto [status, status_command] =
-      add_command<StatusCommand>(app, line, "status", "Show the cell as it is now");
-  offer_json(*status, line, "The whole snapshot as JSON");
-  status->add_flag("--bodies", status_command->bodies, "Also a line for each gear and tray");
+      add_command<StatusCommand>(app, line, "status", "Show the state of the cell");
+  offer_json(*status, line, "Print the whole snapshot as one JSON object");
+  status->add_flag("--bodies", status_command->bodies, "Also show a line for each gear and tray");
   auto [watch, watch_command] = add_command<WatchCommand>(
       app, line, "watch",
-      "Show the cell until interrupted: in place on a terminal, else one line a sample");
-  watch->add_option("--rate", watch_command->rate_hz, "Samples a second (default 20)")
+      "Show the cell until interrupted: in place on a terminal, else one line per sample");
+  watch->add_option("--rate", watch_command->rate_hz, "Samples per second (default 20)")
       ->type_name("HZ")
       ->check(above_zero());
-  watch->add_option("--count", watch_command->count, "End after so many samples")->type_name("N");
+  watch->add_option("--count", watch_command->count, "Exit after N samples")->type_name("N");
   offer_json(*watch, line);
 }
 

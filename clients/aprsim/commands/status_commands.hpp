@@ -4,7 +4,7 @@
 
 #include "clients/aprsim/commands/command_group.hpp"
 
-/// The cell as it is: once, or again and again.
+/// Commands that show the state of the cell.
 namespace aprsim::client {
 
 struct StatusCommand {

@@ -48,11 +48,10 @@ void set_listener_port(TraceImportCommand& command, const std::string& text) {
 
 void add_trace_import(CLI::App& trace, CommandLine& line) {
   auto [sub, command] = add_command<TraceImportCommand>(
-      trace, line, "import",
-      "Make a journal of a capture of a network, as of a real laboratory, to compare with");
-  sub->add_option("FILE", command->capture, "Capture of tcpdump or Wireshark (pcap, pcapng)")
+      trace, line, "import", "Convert a network capture, as of a real laboratory, to a journal");
+  sub->add_option("FILE", command->capture, "Capture file of tcpdump or Wireshark (pcap, pcapng)")
       ->required();
-  sub->add_option("--out", command->out, "The journal to write")
+  sub->add_option("--out", command->out, "Journal to write")
       ->type_name("JOURNAL")
       ->check(not_empty())
       ->required();
@@ -61,7 +60,7 @@ void add_trace_import(CLI::App& trace, CommandLine& line) {
          [c = command](const std::vector<std::string>& all) {
            for (const auto& one : all) set_listener_port(*c, one);
          },
-         "Where a listener is: crcl.NAME=PORT, modbus=PORT or vision.NAME=PORT (default: "
+         "Port of a listener: crcl.NAME=PORT, modbus=PORT or vision.NAME=PORT (default: "
          "crcl.fanuc=64444, crcl.motoman=64445, modbus=502 and 1502, vision.fanuc=4000, "
          "vision.motoman=4001)")
       ->type_name("LISTENER=PORT")
@@ -70,19 +69,20 @@ void add_trace_import(CLI::App& trace, CommandLine& line) {
 }
 
 void add_trace_show(CLI::App& trace, CommandLine& line) {
-  auto [show, command] = add_command<TraceShowCommand>(
-      trace, line, "show", "List what went over the wires and happened");
+  auto [show, command] =
+      add_command<TraceShowCommand>(trace, line, "show", "List the messages and events of a run");
   show->add_option("FILE", command->place,
                    "Journal of a run: a file, or a directory with its files")
       ->required();
-  show->add_option("--wire", command->wire, "Only this listener, as crcl.fanuc or modbus, or cell")
+  show->add_option("--wire", command->wire,
+                   "List only this listener, such as crcl.fanuc, modbus or cell")
       ->type_name("LISTENER")
       ->check(not_empty());
-  show->add_flag("--polls", command->polls, "Also what only asks, answers to it, cameras' lines");
-  show->add_option("--from", command->from_s, "From this simulated time on")
+  show->add_flag("--polls", command->polls, "Include polls, replies and vision lines");
+  show->add_option("--from", command->from_s, "List from this simulated time on")
       ->type_name("SECONDS")
       ->check(finite());
-  show->add_option("--to", command->to_s, "Until this simulated time")
+  show->add_option("--to", command->to_s, "List until this simulated time")
       ->type_name("SECONDS")
       ->check(finite());
   offer_json(*show, line);
@@ -91,21 +91,21 @@ void add_trace_show(CLI::App& trace, CommandLine& line) {
 void add_trace_export(CLI::App& trace, CommandLine& line) {
   auto [sub, command] = add_command<TraceExportCommand>(
       trace, line, "export",
-      "Write a run for other programs: tables, an MCAP file, or one page that needs no daemon");
+      "Export a run: CSV tables, an MCAP file, or a page that needs no daemon");
   sub->add_option("FILE", command->place, "Journal of a run: a file, or a directory with its files")
       ->required();
   CLI::Option* csv = sub->add_option("--csv", command->csv,
-                                     "Directory for tables of joints, bodies, belt, events, "
+                                     "Directory for CSV tables of joints, bodies, belt, events, "
                                      "wires")
                          ->type_name("DIR")
                          ->check(not_empty());
-  CLI::Option* mcap = sub->add_option("--mcap", command->mcap, "MCAP file with Foxglove's schemas")
+  CLI::Option* mcap = sub->add_option("--mcap", command->mcap, "MCAP file with Foxglove schemas")
                           ->type_name("FILE")
                           ->check(not_empty());
-  CLI::Option* html = sub->add_option("--html", command->html,
-                                      "One page that shows the run, also without a network")
-                          ->type_name("FILE")
-                          ->check(not_empty());
+  CLI::Option* html =
+      sub->add_option("--html", command->html, "HTML page that shows the run offline")
+          ->type_name("FILE")
+          ->check(not_empty());
   sub->callback([&line, csv, mcap, html, c = command] {
     if (csv->empty() && mcap->empty() && html->empty()) {
       throw CLI::RequiredError("--csv, --mcap or --html");
@@ -114,16 +114,16 @@ void add_trace_export(CLI::App& trace, CommandLine& line) {
   });
   constexpr double kMaxRate = 1000;
   sub->add_option("--rate", command->rate_hz,
-                  "Pictures of the motion a second of simulated time (default 50, of a page 20)")
+                  "Frames per second of simulated time (default 50; 20 with --html)")
       ->type_name("HZ")
       ->check(above_zero(kMaxRate));
-  sub->add_option("--from", command->from_s, "Motion from this simulated time on")
+  sub->add_option("--from", command->from_s, "Export motion from this simulated time on")
       ->type_name("SECONDS")
       ->check(within(0, 1e9));
-  sub->add_option("--to", command->to_s, "Motion until this simulated time")
+  sub->add_option("--to", command->to_s, "Export motion until this simulated time")
       ->type_name("SECONDS")
       ->check(within(0, 1e9));
-  offer_json(*sub, line, "One JSON object for each thing written");
+  offer_json(*sub, line, "Print one JSON object for each file written");
 }
 
 }  // namespace
@@ -140,7 +140,7 @@ Outcome<void> run_command(const TraceDiffCommand& command, Console& console) {
   if (!b) return tl::unexpected(wrong_trace(b.error()));
   for (const auto& [place, one] : {std::pair(command.a, &*a), std::pair(command.b, &*b)}) {
     if (!one->wires.empty()) continue;
-    return failed(FailureKind::kUsage, place + " has recorded nothing of the wires");
+    return failed(FailureKind::kUsage, place + " contains no traffic");
   }
   const trace::Comparison comparison = trace::compare(*a, *b, tolerance);
   console.show(trace::report_text(comparison, command.most),
@@ -149,7 +149,22 @@ Outcome<void> run_command(const TraceDiffCommand& command, Console& console) {
   return failed(FailureKind::kCheck, "the runs differ: " + comparison.deviations.front().text);
 }
 
+namespace {
+
+/// All files that an export writes.
+std::vector<std::string> outputs_of(const TraceExportCommand& command) {
+  std::vector<std::string> out;
+  if (!command.csv.empty()) out = trace::csv_files(command.csv);
+  for (const std::string& file : {command.mcap, command.html}) {
+    if (!file.empty()) out.push_back(file);
+  }
+  return out;
+}
+
+}  // namespace
+
 Outcome<void> run_command(const TraceExportCommand& command, Console& console) {
+  if (auto apart = trace::check_exports(command.place, outputs_of(command)); !apart) return apart;
   // A capture has wires only.
   std::optional<bool> has_scene;
   if (const auto read = trace::for_each_record(command.place,
@@ -218,6 +233,7 @@ Outcome<void> run_command(const TraceImportCommand& command, Console& console) {
   for (const std::string& note : imported->notes) text += "note: " + note + '\n';
   console.show(text, {{"journal", command.out},
                       {"packets", imported->packets},
+                      {"skipped", imported->skipped},
                       {"connections", imported->connections},
                       {"records", imported->records},
                       {"duration_s", imported->duration_s},
@@ -225,7 +241,9 @@ Outcome<void> run_command(const TraceImportCommand& command, Console& console) {
                       {"notes", imported->notes}});
   if (!imported->by_listener.empty()) return {};
   return failed(FailureKind::kCheck,
-                "the capture has nothing of these listeners: see --port for where they are");
+                imported->skipped > 0
+                    ? "no traffic of these listeners in the packets that can be read; see the notes"
+                    : "the capture has no traffic of these listeners; set their ports with --port");
 }
 
 Outcome<void> run_command(const TraceShowCommand& command, Console& console) {
@@ -246,15 +264,15 @@ Outcome<void> run_command(const TraceShowCommand& command, Console& console) {
 }
 
 void add_trace(CLI::App& app, CommandLine& line) {
-  CLI::App* trace = app.add_subcommand("trace", "Runs as their journals have recorded them");
+  CLI::App* trace = app.add_subcommand("trace", "List, compare, import and export recorded runs");
   trace->require_subcommand(1);
   auto [diff, command] = add_command<TraceDiffCommand>(
       *trace, line, "diff",
-      "Compare two runs of a controller, robot by robot and wire by wire, without polls and ids");
+      "Compare two runs of a controller by robot and wire, ignoring polls and ids");
   diff->add_option("A", command->a, "Journal of a run: a file, or a directory with its files")
       ->required();
-  diff->add_option("B", command->b, "Journal of the run to compare with it")->required();
-  std::string help = "What counts as the same:";
+  diff->add_option("B", command->b, "Journal of the run to compare")->required();
+  std::string help = "Tolerances:";
   const trace::Tolerance defaults;
   for (const auto& one : trace::tolerance_names()) {
     help += std::string(one.name == trace::tolerance_names().front().name ? " " : "; ") + one.name +
@@ -268,9 +286,9 @@ void add_trace(CLI::App& app, CommandLine& line) {
           help)
       ->type_name("NAME=NUMBER")
       ->allow_extra_args(false);
-  diff->add_option("--worst", command->most, "Show so many of the worst deviations (default 10)")
+  diff->add_option("--worst", command->most, "Show the N worst deviations (default 10)")
       ->type_name("N");
-  offer_json(*diff, line, "The comparison as one JSON object");
+  offer_json(*diff, line, "Print the comparison as one JSON object");
   add_trace_export(*trace, line);
   add_trace_import(*trace, line);
   add_trace_show(*trace, line);

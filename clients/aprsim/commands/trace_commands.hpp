@@ -8,13 +8,13 @@
 
 #include "clients/aprsim/commands/command_group.hpp"
 
-/// Runs as their journals have them.
+/// Commands for recorded runs.
 namespace aprsim::client {
 
 struct TraceDiffCommand {
   std::string a, b;                          ///< files or directories of journals
-  std::map<std::string, double> tolerances;  ///< by name, as trace::tolerance_names() has them
-  std::size_t most = 10;                     ///< of the worst deviations, as text
+  std::map<std::string, double> tolerances;  ///< by name (trace::tolerance_names())
+  std::size_t most = 10;                     ///< number of worst deviations in the text
 };
 struct TraceImportCommand {
   std::string capture;                         ///< pcap or pcapng
@@ -24,7 +24,7 @@ struct TraceImportCommand {
 struct TraceExportCommand {
   std::string place;                   ///< file or directory of journals
   std::string csv, mcap, html;         ///< directory and files to write; empty = not
-  std::optional<double> rate_hz;       ///< pictures a second; absent = as the export's kind needs
+  std::optional<double> rate_hz;       ///< frames per second; absent = the default of the export
   std::optional<double> from_s, to_s;  ///< of the motion; simulated
 };
 struct TraceShowCommand {

@@ -8,8 +8,8 @@
 
 namespace aprsim::client::conform {
 
-/// What the belt was told before checks that write, and is told again when they are over: it stands
-/// meanwhile, and a stop or fault that a check has left behind is reset.
+/// Saves the belt's commanded settings before checks that write, and restores them afterwards. The
+/// belt stops meanwhile; a stop or fault left by a check is reset.
 class BeltSettings {
  public:
   explicit BeltSettings(const Target& target)

@@ -11,39 +11,39 @@ namespace aprsim::client {
 struct Console;
 }
 
-/// What is checked of somebody's server, rule by rule.
+/// Conformance checks of any server, rule by rule.
 namespace aprsim::client::conform {
 
-/// The server that is looked at.
+/// The server under test.
 struct Target {
   std::string host;
   std::uint16_t port = 0;
-  bool allow_motion = false;  ///< something may move, a little
-  std::string sensor;         ///< that guards of a robot can watch; empty = one of the known names
+  bool allow_motion = false;  ///< small motions are allowed
+  std::string sensor;         ///< force sensor for guards; empty = a known name
 };
 
-/// Thrown by a check whose rule is not kept, with what was seen.
+/// Thrown by a check for a violated rule, with the observation.
 struct NotKept {
   std::string seen;
 };
-/// Throws it with what was seen unless it is so.
+/// Throws it with the observation if the condition is false.
 void expect(bool so, const std::string& seen);
-/// Thrown by a check of what the server need not have: why it is not made.
+/// Thrown by a check of an optional feature, with the reason for skipping it.
 struct NotApplicable {
   std::string why;
 };
-/// Thrown by a check that cannot go on, and with it all others: interrupted, or nobody there.
+/// Thrown by a check to end the whole test: interrupted, or no server.
 struct GivenUp {
   Failure failure;
 };
 
 struct Check {
   std::string clause;    ///< "C3.2"
-  std::string source;    ///< where the rule is written
-  std::string what;      ///< is checked
+  std::string source;    ///< of the rule
+  std::string what;      ///< description
   std::string expected;  ///< by the rule
-  bool moves = false;    ///< something may move: made only when allowed
-  /// Returns what was seen when the rule is kept.
+  bool moves = false;    ///< causes motion: skipped unless allowed
+  /// Returns the observation if the rule is kept.
   std::function<std::string(const Target&)> look;
 };
 
@@ -55,8 +55,8 @@ struct Finding {
   std::string seen;
 };
 
-/// Makes all checks in their order, each told to `tell` when it is over. The failure of one that
-/// cannot go on.
+/// Runs all checks in order and reports each to `tell`. Failure: that of a check that ended the
+/// test.
 [[nodiscard]] Outcome<std::vector<Finding>> run_checks(
     const std::vector<Check>& checks, const Target& target,
     const std::function<void(const Finding&)>& tell);
@@ -64,11 +64,11 @@ struct Finding {
 /// "pass", "fail" or "not checked".
 [[nodiscard]] std::string_view name_of(Verdict verdict);
 
-/// Makes all checks and shows what came of each, and the score. kCheck when a rule is not kept.
+/// Runs all checks and shows each verdict and the score. Failure kCheck for a violated rule.
 [[nodiscard]] Outcome<void> check_server(const std::vector<Check>& checks, const Target& target,
                                          Console& console);
 
-/// The rules as a page: a table of clauses with where they are written.
+/// The rules as a Markdown table of clauses and sources.
 [[nodiscard]] std::string clauses_page(const std::string& heading,
                                        const std::vector<Check>& checks);
 

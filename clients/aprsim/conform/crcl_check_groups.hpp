@@ -4,14 +4,14 @@
 
 #include "clients/aprsim/conform/check.hpp"
 
-/// The groups that the checks of a CRCL server come in. Each add() appends its own to the list.
+/// Groups of checks of a CRCL server. Each function appends its checks to the list.
 namespace aprsim::client::conform {
 
-/// F: how documents follow each other on the wire, and what XML may look like.
+/// F: framing of documents and forms of XML.
 namespace documents {
 void add(std::vector<Check>& checks);
 }
-/// V: commands that are XML, but not what the schema asks for.
+/// V: XML that violates the schema.
 namespace validity {
 void add(std::vector<Check>& checks);
 }
@@ -31,7 +31,7 @@ void add(std::vector<Check>& checks);
 namespace settings {
 void add(std::vector<Check>& checks);
 }
-/// N: several connections, and clients that do their worst.
+/// N: several connections, and misbehaving clients.
 namespace connections {
 void add(std::vector<Check>& checks);
 }

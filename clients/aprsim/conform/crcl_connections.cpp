@@ -13,7 +13,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
-/// A client that is served at all is served within this, whatever others do.
+/// Longest reply time for one client, whatever the others do.
 constexpr Milliseconds kPatience{2000};
 
 double poll_ms(CrclProbe& probe) {
@@ -57,7 +57,7 @@ std::string gone(const Target& target) {
   return in_words(seen.status);
 }
 
-// Reads while it sends, as far as the server lets it.
+// Reads while it sends.
 std::string flood(const Target& target) {
   constexpr int kBatches = 20, kBatch = 25;
   CrclProbe flooding(target), other(target);
@@ -77,7 +77,7 @@ std::string flood(const Target& target) {
   return fmt::format("{} statuses in order, {}", kBatches * kBatch, served(worst_ms));
 }
 
-// Never reads; what the server does with it is its own affair.
+// Never reads; any reaction of the server is allowed.
 std::string never_reads(const Target& target) {
   CrclProbe silent(target), other(target);
   try {
@@ -85,7 +85,7 @@ std::string never_reads(const Target& target) {
     for (int i = 0; i < 50; ++i) batch += get_status_document();
     for (int i = 0; i < 40; ++i) silent.send(batch);
   } catch (const NotKept&) {
-    // It takes no more, or has closed.
+    // The server accepts no more bytes, or has closed.
   }
   return served(poll_ms(other));
 }

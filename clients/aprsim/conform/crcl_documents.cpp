@@ -15,7 +15,7 @@ constexpr Milliseconds kQuiet{300}, kClosing{3000};
 constexpr const char* kClients = "NIST's Java clients";
 constexpr const char* kXml = "XML 1.0";
 
-// Sends bytes that carry so many GetStatus, and reads as many statuses and no more.
+// Sends bytes with a number of GetStatus commands and expects as many statuses.
 std::string answered(const Target& target, const std::string& bytes, int count) {
   CrclProbe probe(target);
   probe.init();
@@ -25,7 +25,7 @@ std::string answered(const Target& target, const std::string& bytes, int count) 
   return count == 1 ? "1 status" : fmt::format("{} statuses", count);
 }
 
-// Sends a document that is a Message of that id, and expects it to be done.
+// Sends a document with a Message of that id, and expects it to be done.
 std::string done(const Target& target, std::int64_t id, const std::string& document) {
   CrclProbe probe(target);
   probe.init();
@@ -69,7 +69,7 @@ std::string half(const Target& target) {
   return "1 status, after the rest";
 }
 
-// The connection is closed, and others go on: with an error that InitCanon clears.
+// The connection is closed; others continue, with an error that InitCanon clears.
 std::string closes(const Target& target, const std::string& document) {
   CrclProbe other(target);
   other.init();

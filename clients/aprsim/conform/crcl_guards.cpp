@@ -26,7 +26,7 @@ constexpr double kBeyond = 1e9;
 constexpr double kShort_s = 0.4, kLong_s = 20;
 constexpr Milliseconds kSoon{3000}, kMove{20'000};
 
-/// Names of force sensors that NIST's controllers use, and this project's own.
+/// Names of force sensors: NIST's controllers' and this project's.
 constexpr std::array kSensors{"force_torque", "MotoFit", "RemoteCrclSensor", "ATINetFT"};
 
 bool reports(const crcl::Status& status, const std::string& sensor) {
@@ -35,8 +35,8 @@ bool reports(const crcl::Status& status, const std::string& sensor) {
                              [&](const auto& force) { return force.reading.sensor_id == sensor; });
 }
 
-/// The sensor that guards are tried with: the one that was said, or the first of those above that
-/// the server has. Afterwards the probe has a session without an error.
+/// The sensor for guards: the chosen one, or the first known name that the server accepts. The
+/// probe has a session without an error afterwards.
 std::string sensor_of(CrclProbe& probe, const Target& target) {
   probe.init();
   if (!target.sensor.empty()) return target.sensor;
@@ -61,14 +61,14 @@ crcl::Guard guard(const std::string& sensor, GuardLimit limit, double value) {
   guard.limit_value = value;
   return guard;
 }
-/// That holds from the start, whatever the force is.
+/// A guard that holds from the start, at any force.
 crcl::Guard met(const std::string& sensor) { return guard(sensor, GuardLimit::kOverMax, -kBeyond); }
-/// That never holds.
+/// A guard that never holds.
 crcl::Guard unmet(const std::string& sensor) {
   return guard(sensor, GuardLimit::kOverMax, kBeyond);
 }
 
-/// Sends a command with that guard; its id.
+/// Sends a command with that guard and returns its id.
 std::int64_t send(CrclProbe& probe, const crcl::CommandBody& body, const crcl::Guard& guard) {
   crcl::CommandInstance instance;
   instance.command.id = CrclProbe::next_id();
@@ -78,7 +78,7 @@ std::int64_t send(CrclProbe& probe, const crcl::CommandBody& body, const crcl::G
   return instance.command.id;
 }
 
-/// How a dwell with that guard ended, and after how long.
+/// End and duration of a dwell with that guard.
 struct Ended {
   SeenStatus seen;
   double after_s = 0;
@@ -90,7 +90,7 @@ Ended dwell(CrclProbe& probe, double time_s, const crcl::Guard& guard) {
   return {std::move(seen), duration<double>(steady_clock::now() - began).count()};
 }
 
-// A dwell under a guard of that text in place of a right one.
+// A dwell under a guard with an invalid text.
 auto refuses(std::string guard) {
   return [guard = std::move(guard)](const Target& target) {
     CrclProbe probe(target);
@@ -136,7 +136,7 @@ std::string error(const Target& target) {
   return words;
 }
 
-/// A command just sent is worked on to its own end.
+/// The command just sent runs to its own end.
 void expect_whole(CrclProbe& probe, std::int64_t id) {
   const SeenStatus first = probe.poll();
   expect(first.status.command.command_id == id, in_words(first.status));
@@ -191,7 +191,7 @@ std::string reported(const Target& target) {
   return "the guard, TriggerCount 1 more";
 }
 
-// 40 mm up, which the guard ends at once.
+// Moves up by 40 mm; the guard ends the motion at once.
 std::string stops(const Target& target) {
   constexpr double kUp_mm = 40, kSpeed_mm_s = 10, kNear_mm = 5;
   CrclProbe probe(target);

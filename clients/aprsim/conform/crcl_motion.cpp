@@ -15,11 +15,11 @@ namespace {
 using crcl::CommandState;
 
 constexpr double kStep_mm = 5, kSpeed_mm_s = 10, kTurn_deg = 1, kTurnSpeed_deg_s = 2;
-/// What NIST's client allows at the end of a move.
+/// Tolerances of NIST's client at the end of a move.
 constexpr double kNear_mm = 3, kNear_deg = 15;
 constexpr Milliseconds kMove{20'000};
 
-// In millimetres and degrees, slow.
+// Slow speeds, in millimetres and degrees.
 CrclProbe ready(const Target& target) {
   CrclProbe probe(target);
   probe.init();
@@ -71,7 +71,7 @@ std::string through(const Target& target) {
   return fmt::format("CRCL_Done, {:.3f} mm off", off);
 }
 
-// The last joint, there and back.
+// Moves the last joint forth and back.
 std::string joints(const Target& target) {
   CrclProbe probe = ready(target);
   const crcl::Status status = probe.poll().status;

@@ -28,7 +28,8 @@ TcpSocket connected(const Target& target) {
 std::string in_words(const crcl::Status& status) {
   std::string text =
       fmt::format("{} of {}", name_of(status.command.state), status.command.command_id);
-  if (status.command.description) text += ": " + crcl::shorten(*status.command.description, 60);
+  const std::string description = status.command.description.value_or("");
+  if (!description.empty()) text += ": " + crcl::shorten(description, 60);
   return text;
 }
 
@@ -118,7 +119,7 @@ SeenStatus CrclProbe::run(const crcl::CommandBody& body, Milliseconds time) {
   return seen;
 }
 
-// Who has failed once is not waited for so long again.
+// After one failure the timeout is shorter.
 void CrclProbe::init() {
   static Milliseconds patience = kInit;
   try {
@@ -153,7 +154,7 @@ Refusal refuse(const Target& target, const std::string& document, std::optional<
   refusal.other.init();
   CrclProbe probe(target);
   probe.send(document);
-  // On another connection it shows a little later.
+  // Other connections report it a little later.
   const SeenStatus seen = refusal.other.wait_error(id, CrclProbe::kAnswer);
   expect_state(seen, crcl::CommandState::kError);
   refusal.seen = in_words(seen.status);

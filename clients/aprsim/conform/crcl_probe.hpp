@@ -72,7 +72,7 @@ class CrclProbe {
 /// Throws NotKept unless the command is in that state.
 void expect_state(const SeenStatus& seen, crcl::CommandState state);
 
-/// What became of a command that no server may carry out.
+/// Reaction to a command that no server may execute.
 struct Refusal {
   CrclProbe other;   ///< another connection, which has seen the error; the robot is still in it
   std::string seen;  ///< in words
@@ -81,7 +81,7 @@ struct Refusal {
 /// valid status: under the command's id, or any when it has none, or the connection is closed.
 [[nodiscard]] Refusal refuse(const Target& target, const std::string& document,
                              std::optional<std::int64_t> id);
-/// The same, and a session without the error afterwards. What was seen, in words.
+/// The same, and a session without the error afterwards. Returns the observation in words.
 [[nodiscard]] std::string refused(const Target& target, const std::string& document,
                                   std::optional<std::int64_t> id);
 

@@ -13,7 +13,7 @@ namespace {
 using crcl::AngleUnit;
 using crcl::LengthUnit;
 
-/// What NIST's client allows after a change of units, in the new unit.
+/// Tolerance of NIST's client after a change of units, in the new unit.
 constexpr double kUnitTolerance = 1e-4;
 
 const crcl::SettingsStatus& settings_of(const SeenStatus& seen) {
@@ -87,7 +87,7 @@ std::string others(const Target& target) {
   return "as set";
 }
 
-// A speed that is set in one unit is told in another.
+// A speed set in one unit is reported in another.
 std::string speed(const Target& target) {
   CrclProbe probe(target);
   probe.init();

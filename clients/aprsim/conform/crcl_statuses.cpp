@@ -21,7 +21,7 @@ std::string joints_in_words(const crcl::Status& status) {
   return fmt::format("{} joints", status.joints.size());
 }
 
-// No connection's reports are changed for others: each check has its own.
+// Each check configures the reports of its own connection only.
 std::string by_default(const Target& target) {
   CrclProbe probe(target);
   const crcl::Status status = probe.poll().status;

@@ -9,8 +9,8 @@
 namespace aprsim::client::conform::validity {
 namespace {
 
-// That a command of that type with these elements is refused. None of them moves anything, taken
-// for right either.
+// Expects that a command of that type with these elements is refused. None would cause motion if
+// it were accepted.
 auto refuses(std::string type, std::string elements) {
   return [type = std::move(type), elements = std::move(elements)](const Target& target) {
     const std::int64_t id = CrclProbe::next_id();
@@ -18,7 +18,7 @@ auto refuses(std::string type, std::string elements) {
   };
 }
 
-// Without an id of its own, so under any.
+// The command has no id, so the error may have any.
 std::string no_id(const Target& target) {
   return refused(target,
                  "<CRCLCommandInstance><CRCLCommand "
@@ -28,8 +28,8 @@ std::string no_id(const Target& target) {
                  std::nullopt);
 }
 
-// By JAXB, NIST's servers leave out what a type does not have; one that asks for the schema refuses
-// it. Either is said in what was seen.
+// NIST's servers use JAXB and ignore unknown elements; a server that validates refuses them. The
+// observation names which.
 std::string unknown_element(const Target& target) {
   CrclProbe probe(target), other(target);
   probe.init();

@@ -25,7 +25,7 @@ const Bytes& read_one() {
   return request;
 }
 
-// A reply that reads one register, under that transaction and unit.
+// Expects the reply to a read of one register, with that transaction and unit.
 void expect_reply(const Bytes& reply, std::uint16_t transaction, std::uint8_t unit = 1) {
   Bytes head = adu(Bytes{3, 2, 0, 0}, transaction, unit);
   expect(reply.size() == head.size() && std::equal(head.begin(), head.begin() + 9, reply.begin()),
@@ -51,7 +51,7 @@ std::string transactions(const Target& target) {
   return "all come back";
 }
 
-// Any unit, or a refusal that says so.
+// Any unit identifier is served or refused with an exception.
 std::string units(const Target& target) {
   ModbusProbe probe(target);
   std::string seen;
@@ -77,7 +77,7 @@ std::string foreign_protocol(const Target& target) {
   return "no answer, " + served(ask_ms(other));
 }
 
-// The stream cannot be framed any more: no request in what follows may be executed.
+// Framing is lost: no request in the following bytes may be executed.
 std::string impossible_length(const Target& target) {
   for (const int length : {0, 1, 255, 65535}) {
     ModbusProbe probe(target);
@@ -106,7 +106,7 @@ std::string pipelined(const Target& target) {
   return fmt::format("{} replies in order", kMany);
 }
 
-// A refused request between two right ones costs neither of them.
+// A refused request between two valid ones affects neither.
 std::string pipelined_errors(const Target& target) {
   ModbusProbe probe(target);
   Bytes all = adu(read_one(), 1);
@@ -151,7 +151,7 @@ std::string never_reads(const Target& target) {
   try {
     for (int i = 0; i < 50; ++i) silent.send(batch);
   } catch (const NotKept&) {
-    // It takes no more, or has closed.
+    // The server accepts no more bytes, or has closed.
   }
   return served(ask_ms(other));
 }

@@ -35,7 +35,7 @@ std::string in_words(const std::string& name) {
   return out;
 }
 
-// Of a function that reads; on a wrong server also a request that hides another one writes.
+// Whether a case writes. On a wrong server, a request that hides a second one may write, too.
 bool writes(const ConformanceCase& one) {
   const std::uint8_t function = one.pdu.front();
   const bool hides = one.name.ends_with("HiddenWriteBehind");

@@ -71,7 +71,7 @@ ModbusProbe::Bytes ModbusProbe::ask(const Bytes& pdu) {
   const Bytes request = modbus::conformance::adu(pdu, transaction);
   send(request);
   const Bytes reply = read();
-  // Transaction, protocol and unit come back.
+  // Transaction, protocol and unit are echoed.
   const bool same = std::equal(request.begin(), request.begin() + 4, reply.begin()) &&
                     reply.size() > kHeader && reply[6] == request[6];
   if (!same) throw NotKept{in_hex(reply) + " to " + in_hex(request)};

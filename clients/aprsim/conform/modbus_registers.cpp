@@ -52,7 +52,7 @@ std::int64_t decoded(const RegisterInfo& info, const std::vector<std::uint16_t>&
   }
 }
 
-// Every value of one register of the map, within its range.
+// Checks that a register of the map is within its range.
 std::string in_range(const Target& target, const RegisterInfo& info) {
   ModbusProbe probe(target);
   const auto words = probe.words(function_of(info.area), info.address, info.span());
@@ -78,7 +78,7 @@ std::string time_rises(const Target& target) {
     std::this_thread::sleep_for(kLook);
   }
   const std::uint32_t passed = stamp() - first;
-  // Words the wrong way round would make hours of it.
+  // Swapped words would give hours.
   expect(passed < 3'600'000, fmt::format("{} ms", passed));
   return fmt::format("{} ms on", passed);
 }

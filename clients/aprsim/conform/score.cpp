@@ -51,7 +51,6 @@ Outcome<void> check_server(const std::vector<Check>& checks, const Target& targe
     all.add(finding.verdict);
     groups[group_of(*finding.check)].add(finding.verdict);
     console.show(row(finding, console.screen.out), object(finding));
-    console.out.flush();
   });
   if (!findings) return tl::unexpected(findings.error());
   std::string text = "Score:";

@@ -12,8 +12,8 @@ namespace {
 
 constexpr CrclSession::Seconds kMoveTimeout{90};
 constexpr double kTurn_deg_s = 90;
-constexpr double kHome_s = 4;    // for the way home, of every joint
-constexpr double kThere = 1e-3;  // nearer than that, in degrees or pulses, a joint is home
+constexpr double kHome_s = 4;    // duration of the return, for every joint
+constexpr double kThere = 1e-3;  // tolerance of the home position [degrees or pulses]
 
 }  // namespace
 
@@ -28,7 +28,7 @@ Arm::Arm(CrclSession session, v1::RobotDescription description)
 }
 
 Outcome<Arm> Arm::connect(const Endpoints& endpoints, const v1::RobotDescription& description) {
-  auto session = CrclSession::connect(endpoints, description.name(), interruption::noted);
+  auto session = CrclSession::connect(endpoints, description.name(), interruption::requested);
   if (!session) return tl::unexpected(session.error());
   Arm arm(std::move(*session), description);
   if (auto done = arm.initialise(); !done) return tl::unexpected(done.error());
@@ -80,7 +80,7 @@ Outcome<void> Arm::go_home() {
   for (const auto& joint : home_) {
     const auto at = std::ranges::find(now->joints, joint.joint, &crcl::JointStatus::joint);
     if (!joint.position || at == now->joints.end() || !at->position) continue;
-    // By the way to go, so that all arrive together; in percent it is the highest.
+    // Proportional to the distance, so that all joints arrive together.
     const double way = std::abs(*joint.position - *at->position);
     crcl::ActuateJoint actuate{joint.joint, *joint.position, crcl::JointSpeedAccel{}};
     if (way > kThere) actuate.details = crcl::JointSpeedAccel{way / kHome_s, {}};

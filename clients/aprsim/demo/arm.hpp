@@ -25,13 +25,13 @@ class Arm {
   [[nodiscard]] Outcome<void> set_speed(double m_s);
   [[nodiscard]] Outcome<void> set_gripper(bool open);
   [[nodiscard]] Outcome<void> dwell(double span_s);
-  /// Clears an error; the robot stays where it is.
+  /// Clears an error without motion.
   [[nodiscard]] Outcome<void> initialise();
-  /// Back to the joint positions it had when connecting.
+  /// Returns to the joint positions at the time of connecting.
   [[nodiscard]] Outcome<void> go_home();
   [[nodiscard]] Outcome<void> end();
-  /// Stops the robot if the user has interrupted what led to that failure, and tells what came of
-  /// it; otherwise the failure itself.
+  /// Stops the robot if an interruption caused the failure, and reports the result; otherwise
+  /// returns the failure.
   [[nodiscard]] Failure stopped_after(const Failure& failure);
 
   [[nodiscard]] const std::string& name() const { return description_.name(); }

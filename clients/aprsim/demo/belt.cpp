@@ -17,16 +17,16 @@ namespace aprsim::client {
 namespace {
 
 constexpr double kSpeed_m_s = 0.15;
-constexpr double kCreep_m_s = 0.02;    // back what the belt has run on
-constexpr double kEdge_m = 0.1;        // nothing comes nearer to the belt's ends
+constexpr double kCreep_m_s = 0.02;    // for the return after an overshoot
+constexpr double kEdge_m = 0.1;        // distance that bodies keep from the belt's ends
 constexpr double kBeside_m = 0.35;     // the tray stops this far before the robot, along the belt
-constexpr double kWorthwhile_m = 0.1;  // shorter ways are not driven
-constexpr double kMaxBeltSlip_m = 0.005;  // between belt and tray, over the whole way
+constexpr double kWorthwhile_m = 0.1;  // shorter distances are not travelled
+constexpr double kMaxBeltSlip_m = 0.005;  // between belt and tray, over the whole distance
 constexpr auto kBeltTimeout = std::chrono::minutes(2);
-// The belt is stopped by one who watches it: at a greater pace it would run on too far until the
-// stop gets there. What it has run on even so, it runs back.
+// The demo stops the belt from its snapshots: at a higher speed ratio the belt overshoots before
+// the stop arrives. It runs back by the overshoot.
 constexpr double kPace = 2;
-constexpr double kOff_m = 0.02;  // the tray stands near enough to where it is wanted
+constexpr double kOff_m = 0.02;  // tolerance of the tray's position
 constexpr int kRuns = 4;
 constexpr auto kStandstillTimeout = std::chrono::seconds(10);
 // The speed register's default scaling; with another one the belt is merely faster or slower.
@@ -38,7 +38,7 @@ struct Plan {
   double distance_m = 0;
 };
 
-/// The belt's frame and where everything on it lies.
+/// The belt's frame and the bodies on it.
 class BeltView {
  public:
   BeltView(const v1::CellDescription& cell, const v1::Snapshot& snapshot)
@@ -51,7 +51,7 @@ class BeltView {
   }
   [[nodiscard]] double along(const Eigen::Vector3d& p_W) const { return (X_CW_ * p_W).x(); }
 
-  /// The tray farthest from x on the belt that holds parts, and the way to bring it near x.
+  /// The tray with parts that is farthest from x, and its distance to x.
   [[nodiscard]] std::optional<Plan> plan(double x) const {
     std::optional<Plan> best;
     for (int i = 0; i < cell_.bodies_size(); ++i) {
@@ -91,8 +91,9 @@ class BeltView {
   Eigen::Isometry3d X_CW_;
 };
 
-/// Sets direction and speed of the standing belt, and gives its state. Which value of the direction
-/// register means forward is a matter of the installation, so look and turn it round if needed.
+/// Sets direction and speed of the belt at rest, and returns its state. The installation decides
+/// which value of the direction register means forward, so this reads the state and inverts the
+/// register if needed.
 Outcome<v1::ConveyorState> set_drive(DemoCell& cell, ConveyorConnection& conveyor, bool forward,
                                      double speed_m_s) {
   const double speed = std::min(speed_m_s, cell.description.conveyor().max_speed_m_s());
@@ -108,21 +109,21 @@ Outcome<v1::ConveyorState> set_drive(DemoCell& cell, ConveyorConnection& conveyo
     if (!snapshot) return tl::unexpected(snapshot.error());
     if (snapshot->conveyor().forward() == forward) return snapshot->conveyor();
   }
-  return failed(FailureKind::kCheck, "the belt does not take its direction");
+  return failed(FailureKind::kCheck, "the belt did not accept its direction");
 }
 
-/// Tells the belt to stop, also after an interruption, and waits until it stands still.
+/// Commands the belt to stop, also after an interruption, and waits until it is at rest.
 Outcome<void> stop_belt(DemoCell& cell, ConveyorConnection& conveyor) {
   const interruption::Cleanup cleanup;
   if (auto told = conveyor.write(modbus::kRunRegister, 0); !told) return told;
-  const auto stands = cell.look_until(
+  const auto stands = cell.wait_until(
       [](const v1::Snapshot& snapshot) {
         return !snapshot.conveyor().run() && snapshot.conveyor().speed_m_s() == 0;
       },
       kStandstillTimeout);
   if (!stands) return tl::unexpected(stands.error());
   return *stands ? Outcome<void>()
-                 : failed(FailureKind::kTimeout, "the belt does not stop as told");
+                 : failed(FailureKind::kTimeout, "the belt did not stop as commanded");
 }
 
 /// Starts the belt, waits until it has run the distance, and stops it.
@@ -136,12 +137,12 @@ Outcome<void> run_belt(DemoCell& cell, const Endpoints& endpoints, double distan
   const double speed = drive->speed_setting_m_s();
   const double accel = cell.description.conveyor().max_accel_m_s2();
   const double braking = accel > 0 ? speed * speed / (2 * accel) : 0;
-  if (interruption::noted()) return failed(FailureKind::kInterrupted, "interrupted");
+  if (interruption::requested()) return failed(FailureKind::kInterrupted, "interrupted");
   Outcome<bool> arrived = false;
-  // An answer that is lost does not mean that the belt stands.
+  // A lost reply does not mean that the belt is at rest.
   const auto started = conveyor->write(modbus::kRunRegister, 1);
   if (started) {
-    arrived = cell.look_until(
+    arrived = cell.wait_until(
         [&](const v1::Snapshot& snapshot) {
           const double run = std::abs(snapshot.conveyor().travel_m() - drive->travel_m());
           return run >= std::abs(distance_m) - braking;
@@ -157,7 +158,8 @@ Outcome<void> run_belt(DemoCell& cell, const Endpoints& endpoints, double distan
   if (!started) return started;
   if (!stopped) return stopped;
   if (!arrived) return tl::unexpected(arrived.error());
-  return *arrived ? Outcome<void>() : failed(FailureKind::kTimeout, "the belt did not run as told");
+  return *arrived ? Outcome<void>()
+                  : failed(FailureKind::kTimeout, "the belt did not run as commanded");
 }
 
 }  // namespace
@@ -172,15 +174,15 @@ Outcome<std::string> bring_tray(DemoCell& cell, const Endpoints& endpoints,
   const BeltView view(cell.description, *before);
   const auto plan = view.plan(view.along(isometry(found->base_in_world()).translation()));
   if (!plan) {
-    cell.tell("belt", "nothing_to_bring", "no tray on it needs bringing", {});
+    cell.report("belt", "nothing_to_bring", "no tray on it has to be moved", {});
     return std::string();
   }
   const std::string tray = cell.description.bodies(plan->body).name();
-  cell.tell("belt", "brings",
-            fmt::format("brings {} before the {}, {:.0f} mm {}", tray, robot,
-                        1e3 * std::abs(plan->distance_m),
-                        plan->distance_m > 0 ? "forward" : "in reverse"),
-            {{"tray", tray}, {"to", robot}, {"distance_m", plan->distance_m}});
+  cell.report("belt", "brings",
+              fmt::format("brings {} before the {}, {:.0f} mm {}", tray, robot,
+                          1e3 * std::abs(plan->distance_m),
+                          plan->distance_m > 0 ? "forward" : "in reverse"),
+              {{"tray", tray}, {"to", robot}, {"distance_m", plan->distance_m}});
   BoundedPace pace(cell.connection);
   if (auto done = pace.bound(kPace); !done) return tl::unexpected(done.error());
   double travel = 0, moved = 0;
@@ -195,18 +197,17 @@ Outcome<std::string> bring_tray(DemoCell& cell, const Endpoints& endpoints,
     moved = BeltView(cell.description, *after).along(plan->body) - view.along(plan->body);
     travel = after->conveyor().travel_m() - before->conveyor().travel_m();
   }
-  cell.tell("belt", "stopped",
-            fmt::format("ran {:.1f} mm and stopped, {} came along by {:.1f} mm", 1e3 * travel, tray,
-                        1e3 * moved),
-            {{"tray", tray}, {"travel_m", travel}, {"tray_m", moved}});
+  cell.report("belt", "stopped",
+              fmt::format("ran {:.1f} mm and stopped, {} came along by {:.1f} mm", 1e3 * travel,
+                          tray, 1e3 * moved),
+              {{"tray", tray}, {"travel_m", travel}, {"tray_m", moved}});
   if (std::abs(moved - travel) > kMaxBeltSlip_m) {
     return failed(FailureKind::kCheck, fmt::format("{} slipped on the belt by {:.1f} mm", tray,
                                                    1e3 * std::abs(moved - travel)));
   }
   if (std::abs(travel - plan->distance_m) >= kOff_m) {
-    return failed(FailureKind::kCheck,
-                  fmt::format("the belt stopped {:.0f} mm from where it was to stop",
-                              1e3 * std::abs(travel - plan->distance_m)));
+    return failed(FailureKind::kCheck, fmt::format("the belt stopped {:.0f} mm off its target",
+                                                   1e3 * std::abs(travel - plan->distance_m)));
   }
   return tray;
 }

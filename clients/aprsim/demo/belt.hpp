@@ -10,7 +10,7 @@ namespace aprsim::client {
 /// Runs the belt over Modbus until it has brought the part tray that lies farthest upstream or
 /// downstream of a robot before it, stops it, and checks that the tray came along by friction.
 /// Returns the tray's name; empty when there is no belt or nothing on it that needs bringing.
-/// However it ends, the belt is told to stop.
+/// The belt is commanded to stop in every case.
 [[nodiscard]] Outcome<std::string> bring_tray(DemoCell& cell, const Endpoints& endpoints,
                                               const std::string& robot);
 

@@ -6,8 +6,8 @@
 
 namespace aprsim::client {
 
-/// Holds the simulation to a pace, for who watches it and has to answer in time; gives back the
-/// pace that was set when it ends.
+/// Limits the speed ratio of the simulation for a client that must react in time; restores it at
+/// its end.
 class BoundedPace {
  public:
   explicit BoundedPace(CellConnection& connection) : connection_(connection) {}
@@ -17,7 +17,7 @@ class BoundedPace {
     if (bounded_) static_cast<void>(connection_.set_speed(before_));
   }
 
-  /// At most `pace`; a slower one stays.
+  /// Limits the ratio to `pace`; a lower one stays.
   [[nodiscard]] Outcome<void> bound(double pace) {
     const auto snapshot = connection_.snapshot();
     if (!snapshot) return tl::unexpected(snapshot.error());

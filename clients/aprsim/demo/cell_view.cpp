@@ -9,14 +9,14 @@
 namespace aprsim::client {
 namespace {
 
-// A gear counts as in a slot when it is this close to it; slots are some 50 mm apart at least.
+// A gear this close to a slot counts as in it; slots are at least 50 mm apart.
 constexpr double kInSlot_m = 0.01;
 // No gear's centre may be this close to a slot that is to be filled.
 constexpr double kOccupied_m = 0.02;
 // Distance from the base at which arms of this size work best.
 constexpr double kHandy_m = 0.5;
 
-// Beyond this it takes a large arm.
+// Places beyond this need a large arm.
 constexpr double kFar_m = 0.75;
 
 double distance(const Eigen::Vector3d& p_WB, const Eigen::Isometry3d& X) {
@@ -28,7 +28,7 @@ double reach(const Eigen::Vector3d& p_WB, const Transfer& transfer) {
   return std::max(distance(p_WB, transfer.gear.X_WP), distance(p_WB, transfer.to.X_WS));
 }
 
-/// How far the less handy of the two places is from the best distance.
+/// Deviation of the worse of the two places from the best distance.
 double unhandiness(const Eigen::Vector3d& p_WB, const Transfer& transfer) {
   return std::max(std::abs(distance(p_WB, transfer.gear.X_WP) - kHandy_m),
                   std::abs(distance(p_WB, transfer.to.X_WS) - kHandy_m));

@@ -11,7 +11,7 @@
 
 namespace aprsim::client {
 
-/// A slot of a tray as it lies now.
+/// A slot of a tray in its present pose.
 struct SlotView {
   std::string tray;
   std::string slot;
@@ -24,7 +24,7 @@ struct SlotView {
   [[nodiscard]] std::string name() const { return tray + "/" + slot; }
 };
 
-/// A gear as it lies now.
+/// A gear in its present pose.
 struct GearView {
   std::string name;
   std::string type;
@@ -39,7 +39,7 @@ struct Transfer {
   SlotView from, to;
 };
 
-/// What the cell's description and one snapshot together say about gears, slots and trays.
+/// Gears, slots and trays, from the description of the cell and one snapshot.
 class CellView {
  public:
   CellView(const v1::CellDescription& cell, const v1::Snapshot& snapshot);
@@ -49,12 +49,12 @@ class CellView {
   [[nodiscard]] const GearView* gear(const std::string& name) const;
   [[nodiscard]] const SlotView* slot(const std::string& tray, const std::string& slot) const;
 
-  /// Whether anything is left to take.
+  /// Whether a gear is left in a part tray.
   [[nodiscard]] bool has_gear_in_part_tray() const;
 
   /// Every possible transfer, best first: not too far from a robot whose base stands at p_WB, then
   /// gears of `preferred_tray`, then both trays on the belt or both beside it as `on_belt` says,
-  /// then what lies handiest.
+  /// then the shortest reach.
   [[nodiscard]] std::vector<Transfer> transfers(const Eigen::Vector3d& p_WB, bool on_belt,
                                                 const std::string& preferred_tray) const;
 

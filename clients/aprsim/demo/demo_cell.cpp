@@ -9,13 +9,13 @@ namespace aprsim::client {
 
 using std::chrono::steady_clock;
 
-Outcome<CellView> DemoCell::look() const {
+Outcome<CellView> DemoCell::view() const {
   const auto snapshot = connection.snapshot();
   if (!snapshot) return tl::unexpected(snapshot.error());
   return CellView(description, *snapshot);
 }
 
-Outcome<bool> DemoCell::look_until(const std::function<bool(const v1::Snapshot&)>& met,
+Outcome<bool> DemoCell::wait_until(const std::function<bool(const v1::Snapshot&)>& met,
                                    std::chrono::milliseconds limit) const {
   constexpr auto kInterval = std::chrono::milliseconds(10);
   const auto deadline = steady_clock::now() + limit;
@@ -23,14 +23,14 @@ Outcome<bool> DemoCell::look_until(const std::function<bool(const v1::Snapshot&)
     const auto snapshot = connection.snapshot();
     if (!snapshot) return tl::unexpected(snapshot.error());
     if (met(*snapshot)) return true;
-    if (interruption::noted()) return failed(FailureKind::kInterrupted, "interrupted");
+    if (interruption::requested()) return failed(FailureKind::kInterrupted, "interrupted");
     if (steady_clock::now() > deadline) return false;
     interruption::sleep_until(steady_clock::now() + kInterval);
   }
 }
 
-void DemoCell::tell(const std::string& who, const char* event, const std::string& text,
-                    const nlohmann::ordered_json& fields) const {
+void DemoCell::report(const std::string& who, const char* event, const std::string& text,
+                      const nlohmann::ordered_json& fields) const {
   nlohmann::ordered_json object{{"who", who}, {"event", event}};
   if (!fields.is_null()) object.update(fields);
   console.show(fmt::format("{}: {}\n", who, text), object);

@@ -12,23 +12,22 @@
 
 namespace aprsim::client {
 
-/// What the demo knows of the cell while it works, and how it tells what it does.
+/// The demo's access to the cell and its output.
 struct DemoCell {
   CellConnection& connection;
   const v1::CellDescription& description;
   Console& console;
 
-  [[nodiscard]] Outcome<CellView> look() const;
+  [[nodiscard]] Outcome<CellView> view() const;
 
-  /// Looks again and again until `met` says true; false when that takes longer than the limit. Ends
-  /// with kInterrupted when the user interrupts it.
-  [[nodiscard]] Outcome<bool> look_until(const std::function<bool(const v1::Snapshot&)>& met,
+  /// Polls snapshots until `met` returns true; false on timeout. Failure kInterrupted after an
+  /// interruption.
+  [[nodiscard]] Outcome<bool> wait_until(const std::function<bool(const v1::Snapshot&)>& met,
                                          std::chrono::milliseconds limit) const;
 
-  /// One thing done: "who: text", or for programs {"who", "event", fields...};
-  /// no fields is null.
-  void tell(const std::string& who, const char* event, const std::string& text,
-            const nlohmann::ordered_json& fields) const;
+  /// Reports an action: "who: text", or as JSON {"who", "event", fields...}; null = no fields.
+  void report(const std::string& who, const char* event, const std::string& text,
+              const nlohmann::ordered_json& fields) const;
 };
 
 }  // namespace aprsim::client

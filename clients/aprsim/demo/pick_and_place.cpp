@@ -17,8 +17,8 @@ namespace aprsim::client {
 namespace {
 
 constexpr double kFast_m_s = 0.4, kSlow_m_s = 0.1;
-constexpr double kApproach_m = 0.08;      // over the grasp or place pose
-constexpr double kPlaceAbove_m = 0.0005;  // lets go this far over the slot
+constexpr double kApproach_m = 0.08;      // height over the grasp or place pose
+constexpr double kPlaceAbove_m = 0.0005;  // height of the release over the slot
 constexpr double kDwell_s = 0.05;
 constexpr double kLifted_m = 0.04;
 constexpr double kPlaced_m = 0.001;
@@ -33,7 +33,8 @@ const v1::RobotState* robot_in(const v1::Snapshot& snapshot, const std::string& 
   return found == snapshot.robots().end() ? nullptr : &*found;
 }
 
-/// In the robot's own words. A robot with other words has all its yaws tried.
+/// Recognises the robot's message for a position out of reach. For other messages all yaws are
+/// tried.
 bool says_out_of_reach(const Failure& refusal) {
   return refusal.message.find("out of reach") != std::string::npos;
 }
@@ -50,7 +51,7 @@ void PickAndPlace::say(const char* event, const std::string& text,
                        nlohmann::ordered_json fields) const {
   nlohmann::ordered_json all{{"gear", transfer_.gear.name}};
   all.update(fields);
-  cell_.tell(arm_.name(), event, text, all);
+  cell_.report(arm_.name(), event, text, all);
 }
 
 Outcome<void> PickAndPlace::run() {
@@ -65,8 +66,8 @@ Outcome<void> PickAndPlace::run() {
   return {};
 }
 
-/// Moves over a point, with the first yaw that the arm reaches it at. A tool that points down has
-/// its wrist in the same place at every yaw: where that is out of reach, no other is tried.
+/// Moves over a point with the first reachable yaw. With a tool that points down, the wrist is in
+/// the same place at every yaw: if that is out of reach, no other yaw is tried.
 Outcome<void> PickAndPlace::approach(const Eigen::Vector3d& p_WT) {
   const Eigen::Vector3d above = p_WT + Eigen::Vector3d(0, 0, kApproach_m);
   Outcome<void> done = failed(FailureKind::kRefused, arm_.name() + ": no yaw to try");
@@ -80,7 +81,8 @@ Outcome<void> PickAndPlace::approach(const Eigen::Vector3d& p_WT) {
   return done;
 }
 
-/// A straight line keeps the gear level all the way; where the arm cannot follow it, any path.
+/// Moves on a straight line, which keeps the gear level, or on any path if the arm cannot follow
+/// the line.
 Outcome<void> PickAndPlace::move_level(const Eigen::Isometry3d& X_WT) {
   auto done = arm_.move(X_WT, /*straight=*/true);
   if (done || done.error().kind != FailureKind::kRefused) return done;
@@ -96,7 +98,7 @@ Outcome<void> PickAndPlace::reach_for_gear() {
   if (robot->gripper().holding()) {
     return failed(FailureKind::kCheck, arm_.name() + " still holds " +
                                            robot->gripper().held_body() +
-                                           "; 'aprsim reset' starts anew");
+                                           "; 'aprsim reset' restarts the cell");
   }
   yaws_ = rank_yaws(CellView(cell_.description, *snapshot), transfer_, arm_.description().gripper(),
                     tool_yaw(arm_.X_WT(*robot)));
@@ -125,7 +127,7 @@ Outcome<void> PickAndPlace::pick() {
 
 Outcome<void> PickAndPlace::await_grip() {
   v1::GripperState gripper;
-  const auto held = cell_.look_until(
+  const auto held = cell_.wait_until(
       [&](const v1::Snapshot& snapshot) {
         const auto* robot = robot_in(snapshot, arm_.name());
         if (robot != nullptr) gripper = robot->gripper();
@@ -133,7 +135,7 @@ Outcome<void> PickAndPlace::await_grip() {
       },
       kGripTimeout);
   if (!held) return tl::unexpected(held.error());
-  // A gripper that reports fewer forces has none on the others.
+  // Fingers without a reported force have none.
   const double first_N = gripper.force_n_size() > 0 ? gripper.force_n(0) : 0;
   const double second_N = gripper.force_n_size() > 1 ? gripper.force_n(1) : 0;
   if (!*held) {
@@ -169,7 +171,7 @@ Outcome<void> PickAndPlace::lift() {
   const auto X_TP = gear_in_tool("while lifting");
   if (!X_TP) return tl::unexpected(X_TP.error());
   X_TP_ = *X_TP;
-  const auto view = cell_.look();
+  const auto view = cell_.view();
   if (!view) return tl::unexpected(view.error());
   const double lifted = view->gear(transfer_.gear.name)->X_WP.translation().z() -
                         transfer_.gear.X_WP.translation().z();
@@ -190,7 +192,7 @@ Outcome<void> PickAndPlace::carry_and_place() {
 }
 
 Outcome<void> PickAndPlace::put_back(const Failure& reason) {
-  // The session's words begin with the robot's name, as a line of the demo does.
+  // The message begins with the robot's name, as a line of the demo does.
   const std::string name = arm_.name() + ": ";
   const std::string why =
       reason.message.starts_with(name) ? reason.message.substr(name.size()) : reason.message;
@@ -229,10 +231,10 @@ Outcome<void> PickAndPlace::carry() {
 }
 
 Outcome<void> PickAndPlace::place(const SlotView& target) {
-  const auto view = cell_.look();
+  const auto view = cell_.view();
   if (!view) return tl::unexpected(view.error());
   const auto* slot = view->slot(target.tray, target.slot);
-  // The tool stands where it brings the gear, as it sits in the hand, over the slot.
+  // Corrects the tool pose by the gear's offset in the gripper.
   Eigen::Isometry3d X_WT = tool_down(Eigen::Vector3d::Zero(), yaw_rad_);
   X_WT.translation() = slot->X_WS.translation() + Eigen::Vector3d(0, 0, kPlaceAbove_m) -
                        X_WT.linear() * X_TP_.translation();
@@ -250,7 +252,7 @@ Outcome<void> PickAndPlace::place(const SlotView& target) {
 Outcome<void> PickAndPlace::check_place(const SlotView& target) {
   double off = 0, tilt = 0;
   bool resting = false;
-  const auto placed = cell_.look_until(
+  const auto placed = cell_.wait_until(
       [&](const v1::Snapshot& snapshot) {
         const CellView view(cell_.description, snapshot);
         const auto* gear = view.gear(transfer_.gear.name);

@@ -12,9 +12,9 @@
 
 namespace aprsim::client {
 
-/// Takes a gear by its peg and puts it into a slot, with CRCL commands; gRPC only looks on. Then
-/// checks from gRPC that it was carried by the gripper and rests in the slot within a millimetre.
-/// A gear whose slot turns out to be beyond the robot's reach is put back.
+/// Picks a gear by its peg and places it in a slot, with CRCL commands. Then checks over gRPC
+/// that the gripper carried it and that it rests in the slot within a millimetre. A gear whose
+/// slot is out of reach is returned to its place.
 class PickAndPlace {
  public:
   PickAndPlace(DemoCell& cell, Arm& arm, Transfer transfer);

@@ -6,7 +6,7 @@
 namespace aprsim::client {
 namespace {
 
-// Trays lie on tables and on the belt; within this a reach of about a metre hardly differs.
+// Height differences below this barely change a reach of about a metre.
 constexpr double kSameHeight_m = 0.05;
 
 }  // namespace

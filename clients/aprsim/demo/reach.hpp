@@ -8,14 +8,14 @@
 
 namespace aprsim::client {
 
-/// A place that a robot has refused to go to.
+/// A position that a robot refused.
 struct Refusal {
   SlotView place;
-  bool too_far = false;  ///< not for another reason, such as a joint's limit
+  bool too_far = false;  ///< rather than, for example, at a joint limit
 };
 
-/// What a robot has been found not to reach. It turns about its base: what lies farther out at the
-/// height of a place that is too far is too far as well.
+/// Places that a robot was found not to reach. It turns about its base, so a place farther out at
+/// the height of an unreachable one is unreachable, too.
 class Reach {
  public:
   explicit Reach(const Eigen::Vector3d& p_WB) : p_WB_(p_WB) {}

@@ -21,8 +21,9 @@ namespace {
 using namespace std::chrono_literals;
 using process::ChildProcess;
 
-constexpr auto kReadyTime = 30s;   // for a controller to connect
-constexpr auto kProgramEnd = 10s;  // for a program to end when it is told to
+// Time for a program to end or to become ready for the next run. A slower one is killed or
+// restarted; results do not depend on it.
+constexpr auto kProgramEnd = 10s;
 
 /// Greatest resident memory of a process so far [bytes].
 std::uint64_t peak_of(pid_t pid) {
@@ -66,7 +67,7 @@ Outcome<RunResult> BatchWorker::run(const scenario::Plan& plan, const RunListene
   auto result = run_once(plan, listener);
   if (result && programs_) return result;
   std::string log;
-  if (!result && programs_) log = last_lines(programs_->directory.file("aprsimd.log"));
+  if (!result && programs_) log = log_end(programs_->directory.file("aprsimd.log"));
   end_programs();
   if (interruption::happened()) return failed(FailureKind::kInterrupted, "interrupted");
   if (!result && !log.empty()) result.error().message += "; " + log;
@@ -79,10 +80,12 @@ Outcome<void> BatchWorker::start(const scenario::Plan& plan) {
   Programs& programs = *programs_;
   programs.roles = roles_of(robots_of(scenario_, plan.scene), options_.controller.empty());
   auto place = own_place(plan, programs.directory,
-                         {.pacers = pacers_of(programs.roles), .journal = options_.journal});
+                         {.pacers = pacers_of(programs.roles),
+                          .journal = options_.journal,
+                          .patience = options_.patience});
   if (!place) return tl::unexpected(place.error());
   programs.place.emplace(std::move(*place));
-  programs.cell.emplace(programs.place->endpoints);
+  programs.cell.emplace(programs.place->endpoints, options_.patience);
   programs.controller.emplace(
       controller_command(scenario_,
                          {.command = options_.controller, .polls_are_clock = true, .again = again_},
@@ -90,18 +93,30 @@ Outcome<void> BatchWorker::start(const scenario::Plan& plan) {
       programs.place->ports_file, programs.directory);
   if (!again_) return {};
   if (auto started = programs.controller->start(); !started) return started;
-  // All connections are there before the first reset, as before all later ones.
-  ChildProcess& controller = programs.controller->process();
-  const auto deadline = std::chrono::steady_clock::now() + kReadyTime;
-  while (std::chrono::steady_clock::now() < deadline && !interruption::noted()) {
+  return await_ready();
+}
+
+Outcome<void> BatchWorker::await_ready() {
+  // All connections are open before the first reset, as before all later ones.
+  ChildProcess& controller = programs_->controller->process();
+  const auto deadline = std::chrono::steady_clock::now() + options_.patience;
+  std::string why;
+  while (!interruption::requested()) {
+    const auto code = controller.ended();
     for (const std::string& line : controller.lines()) {
       if (event_of(line) == "ready") return {};
     }
-    if (controller.ended()) break;
+    if (code) why = fmt::format("the controller ended with {} before it was ready", *code);
+    if (std::chrono::steady_clock::now() > deadline) {
+      why = fmt::format("waited {} s for the controller to say that it is ready",
+                        options_.patience.count());
+    }
+    if (!why.empty()) break;
     static_cast<void>(controller.wait(2ms));
   }
-  return failed(FailureKind::kCheck, "the controller does not get ready: " +
-                                         last_lines(programs.directory.file("controller.log")));
+  if (why.empty()) return failed(FailureKind::kInterrupted, "interrupted");
+  return failed(FailureKind::kCheck,
+                why + "; " + log_end(programs_->directory.file("controller.log")));
 }
 
 Outcome<RunResult> BatchWorker::run_once(const scenario::Plan& plan, const RunListener& listener) {
@@ -118,7 +133,7 @@ Outcome<RunResult> BatchWorker::run_once(const scenario::Plan& plan, const RunLi
   if (auto injected = watch.inject(); !injected) return tl::unexpected(injected.error());
   const auto hash = pass_time(plan.seed, watch);
   if (!hash) return tl::unexpected(hash.error());
-  if (interruption::noted()) return failed(FailureKind::kInterrupted, "interrupted");
+  if (interruption::requested()) return failed(FailureKind::kInterrupted, "interrupted");
   if (const int code = programs.controller->process().ended().value_or(0); code < 0) {
     return failed(FailureKind::kCheck, fmt::format("the controller died of signal {}", -code));
   }
@@ -164,18 +179,18 @@ void BatchWorker::end_job() {
 
 Outcome<std::string> BatchWorker::pass_time(std::uint64_t seed, RunWatch& watch) {
   CellConnection& cell = *programs_->cell;
-  SampleTime time(cell, watch);
+  SampleTime time(cell, watch, options_.patience);
   std::string hash;
   auto snapshot = cell.snapshot();
   for (bool over = false; snapshot;) {
-    if (!over && !watch.take(*snapshot)) {
+    if (!over && !watch.accept(*snapshot)) {
       over = true;
-      // Time stands: this is the same state.
+      // Time has not advanced: this is the same state.
       const auto whole = cell.snapshot();
       if (!whole) return tl::unexpected(whole.error());
       hash = hash_of(*whole);
       if (!watch.all_submitted()) return hash;
-      // It is to go home, which others may still have to see.
+      // The robot returns home, which others may still have to see.
       end_job();
       watch.expect_answer();
     } else if (!over && watch.kill_is_due()) {
@@ -185,19 +200,21 @@ Outcome<std::string> BatchWorker::pass_time(std::uint64_t seed, RunWatch& watch)
       snapshot = cell.snapshot();
       continue;
     }
-    watch.await_answers();
+    if (auto answered = watch.await_answers(options_.patience); !answered) {
+      return tl::unexpected(answered.error());
+    }
     auto passed = time.pass(over);
     if (!passed) return tl::unexpected(passed.error());
-    if (interruption::noted()) return failed(FailureKind::kInterrupted, "interrupted");
+    if (interruption::requested()) return failed(FailureKind::kInterrupted, "interrupted");
     if (*passed) {
       snapshot = std::move(**passed);
       continue;
     }
-    // The controller does nothing more: time stands, beyond the last sample or not.
+    // The controller has finished: time does not advance, whether beyond the last sample or not.
     if (over) return hash;
     snapshot = cell.snapshot();
     if (!snapshot) break;
-    if (snapshot->step() == watch.last_step() || watch.take(*snapshot)) {
+    if (snapshot->step() == watch.last_step() || watch.accept(*snapshot)) {
       watch.end_with_controller();
     }
     return hash_of(*snapshot);
@@ -236,7 +253,7 @@ void BatchWorker::end_programs() {
   if (programs_->controller && programs_->controller->is_there()) {
     ChildProcess& controller = programs_->controller->process();
     controller.close_input();
-    // One that waits for orders ends at once.
+    // A controller that waits for orders ends at once.
     if (!controller.wait(200ms)) controller.stop(kProgramEnd);
   }
   // A daemon ends at once when nobody is connected.

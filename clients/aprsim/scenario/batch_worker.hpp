@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,23 +17,24 @@
 namespace aprsim::client {
 
 struct BatchWorkerOptions {
-  /// A command for the shell in place of the scenario's own program; it polls every robot.
+  /// Shell command of the controller, which polls every robot; empty = the scenario's program.
   std::string controller;
-  /// That command starts a controller which takes one job after the other, as the own programs do.
+  /// The command's controller takes one job after the other, as the default programs do.
   bool again = false;
-  std::string directory;  ///< keeps scene, logs and what the controller says; empty = nothing
+  std::string directory;  ///< for scene, logs and the controller's output; empty = none
   std::string journal;    ///< file or directory for the daemon's; empty = none
+  std::chrono::seconds patience = kPatience;  ///< without progress, before a run is given up
 };
 
-/// A daemon and a controller for one run of a scenario after the other, in virtual time: the cell
-/// is reset to each plan's scene, connections stay. A run depends on its plan alone, to the bit,
-/// whatever ran before it.
+/// Runs one plan of a scenario after the other in virtual time, with one daemon and one
+/// controller: the cell is reset to each plan's scene, connections stay open. The result of a run
+/// depends on its plan only, bit for bit.
 ///
-/// A controller that takes one job after the other says {"event": "ready"} once its connections are
-/// there and whenever it has nothing to do; {"begin": SEED} begins a job, {"end": true} tells it
-/// that no more orders come; it says {"event": "end"} when it has done all, and "ready" again once
-/// it polls no more: the cell is paused then, so that all answers come. With another controller,
-/// and after a run that did not end in order, both programs are started anew.
+/// A controller that takes one job after the other sends {"event": "ready"} when its connections
+/// are open and whenever it is idle. {"begin": SEED} starts a job; {"end": true} means that no
+/// more orders follow. The controller sends {"event": "end"} when it is done, and "ready" again
+/// when it has stopped polling; the cell is paused then, so that all replies arrive. For other
+/// controllers, and after a failed run, both programs are restarted.
 ///
 /// Thread: one, which is the same for all calls.
 class BatchWorker {
@@ -42,15 +44,15 @@ class BatchWorker {
   BatchWorker(const BatchWorker&) = delete;
   BatchWorker& operator=(const BatchWorker&) = delete;
 
-  /// Failures: what cannot be started, a program that dies or does not go on, an interruption. The
-  /// next run begins with new programs then.
+  /// Failures: a program that cannot be started, dies or hangs; an interruption. The next run
+  /// restarts both programs.
   [[nodiscard]] Outcome<RunResult> run(const scenario::Plan& plan, const RunListener& listener);
 
   /// The daemon's process, while there is one.
   [[nodiscard]] std::optional<pid_t> daemon() const;
   /// Greatest memory of a daemon so far; 0 = unknown [bytes].
   [[nodiscard]] std::uint64_t peak_bytes() const { return peak_bytes_; }
-  /// How often the programs were started.
+  /// Number of starts of the programs.
   [[nodiscard]] unsigned starts() const { return starts_; }
 
  private:
@@ -59,18 +61,20 @@ class BatchWorker {
   [[nodiscard]] Outcome<void> start(const scenario::Plan& plan);
   [[nodiscard]] Outcome<RunResult> run_once(const scenario::Plan& plan,
                                             const RunListener& listener);
-  /// Resets the cell to the plan's scene and has the controller begin.
+  /// Resets the cell to the plan's scene and starts the controller's job.
   [[nodiscard]] Outcome<v1::CellDescription> begin(const scenario::Plan& plan);
+  /// Waits until the controller has opened its connections.
+  [[nodiscard]] Outcome<void> await_ready();
   void begin_job(std::uint64_t seed);
-  /// Tells the controller that no more orders come.
+  /// Notifies the controller that no more orders follow.
   void end_job();
-  /// Passes time until the run is over and the controller has nothing more to do; the hash of the
-  /// state in which the run ended.
+  /// Advances time until the run is over and the controller is done. Returns the hash of the
+  /// final state.
   [[nodiscard]] Outcome<std::string> pass_time(std::uint64_t seed, RunWatch& watch);
-  /// Kills the controller and starts another one in its place.
+  /// Kills and restarts the controller.
   [[nodiscard]] Outcome<void> replace_controller(const v1::Snapshot& now, std::uint64_t seed,
                                                  SampleTime& time, RunWatch& watch);
-  /// Pauses the cell and waits for the controller; whether another run can follow.
+  /// Pauses the cell and waits for the controller. Returns whether another run can follow.
   [[nodiscard]] bool gets_ready(RunWatch& watch);
   void end_programs();
 

@@ -20,7 +20,8 @@ constexpr double kUpright = 0.9;        // cosine of a gear's tilt, at least
 constexpr double kSamePlace_m = 0.015;  // of two grasps
 constexpr double kSubmittedPlace_m = 0.15;
 constexpr double kSettling_s = 3;  // from release to rest, at most
-constexpr double kOldRate = 1.25;  // of the old time from part to part counts as the old rate
+constexpr double kOldRate =
+    1.25;  // times the previous period per part still counts as the previous rate
 
 double yaw_of(const Eigen::Isometry3d& pose) {
   return std::atan2(pose.linear()(1, 0), pose.linear()(0, 0));
@@ -116,7 +117,7 @@ double quantile(std::vector<double> values, double share) {
 }
 
 struct Measures::State {
-  /// What a robot does with its gripper.
+  /// State of a robot's gripper.
   struct Hand {
     bool closed = false;
     bool held_since_closing = false;
@@ -126,7 +127,7 @@ struct Measures::State {
     double grasp_yaw = 0, yaw = 0;  ///< of the body in the tool
   };
 
-  /// A gear that was let go and has not come to rest.
+  /// A released gear that is not at rest yet.
   struct Falling {
     std::size_t body = 0, robot = 0;
     double released_s = 0, turned_rad = 0;
@@ -172,7 +173,7 @@ struct Measures::State {
     return pose(tray) * slot.at_tray;
   }
 
-  /// The gear in a slot, and how far it is from the centre.
+  /// The gear in a slot, and its distance from the centre.
   [[nodiscard]] std::optional<std::pair<std::size_t, double>> gear_in(std::size_t tray,
                                                                       const SlotShape& slot) const {
     const Eigen::Vector3d centre = slot_at(tray, slot);
@@ -315,7 +316,7 @@ struct Measures::State {
     if (any_moves && last.curtain_broken && before.curtain_broken) moved_in_curtain_s += span_s;
   }
 
-  /// Index of the kit tray that is meant by a submission.
+  /// Index of the kit tray of a submission.
   [[nodiscard]] std::optional<std::size_t> tray_of(
       const scenario::Order& wanted, const std::optional<Eigen::Vector2d>& place) const {
     std::optional<std::size_t> best;
@@ -336,7 +337,7 @@ struct Measures::State {
       best = i;
       best_cost = cost;
     }
-    // Who names a tray means that one.
+    // A submission with a tray's place selects that tray.
     return best && submitted_trays.contains(*best) ? std::nullopt : best;
   }
 

@@ -12,7 +12,7 @@
 
 namespace aprsim::client {
 
-/// A kit as it was submitted, or one that never was.
+/// A submitted kit, or an ordered one that was never submitted.
 struct KitResult {
   std::string order;
   std::string tray;  ///< name of the body; empty = never submitted
@@ -62,14 +62,14 @@ struct RobotResult {
   std::vector<std::array<double, 2>> moving;  ///< when, from and to
 };
 
-/// What a controller says of itself.
+/// Figures that a controller reports about itself.
 struct ControllerWords {
   std::optional<unsigned> replans;
   std::optional<double> crcl_requests, modbus_requests, vision_frames;
 };
 
 struct Measured {
-  std::map<std::string, double> values;  ///< by scenario::MeasureKind; absent = nothing to tell
+  std::map<std::string, double> values;  ///< by scenario::MeasureKind; absent = not measured
   std::vector<KitResult> kits;
   std::vector<Placement> placements;
   std::vector<Collision> collisions;
@@ -78,8 +78,8 @@ struct Measured {
   double end_s = 0;
 };
 
-/// Watches a run. Of the grippers it does not see what is shorter than the time between two
-/// samples. Throws std::invalid_argument for an order that it does not know. Thread: one.
+/// Measures a run from its samples. Changes of a gripper shorter than the sampling period are not
+/// seen. Throws std::invalid_argument for an unknown order. Thread: one.
 class Measures {
  public:
   Measures(CellShape shape, std::vector<scenario::Order> orders);
@@ -88,39 +88,39 @@ class Measures {
   /// The next sample, later than the last one.
   void add(const Sample& sample);
 
-  /// The order's kits are wanted from now on, the time of the latest sample.
+  /// Announces an order at the time of the latest sample.
   void announced(const std::string& order);
-  /// Those that are not submitted are not wanted any more.
+  /// Cancels the kits of an order that are not submitted.
   void cancelled(const std::string& order);
-  /// A kit is submitted as it now is: that nearest to a place, within 0.15 m, or without one that
-  /// which fits best. False when there is none that has not been submitted before.
+  /// Submits a kit in its present state: the nearest one within 0.15 m of a place, or without a
+  /// place the one that fits best. False when all have been submitted.
   bool submitted(const std::string& order, const std::optional<Eigen::Vector2d>& place);
 
-  /// Kits of an order that are still to be submitted.
+  /// Kits of an order that are not submitted yet.
   [[nodiscard]] unsigned open(const std::string& order) const;
-  /// Kit trays of an order's type that hold exactly what it wants and are not submitted.
+  /// Complete kit trays of an order's type that are not submitted.
   [[nodiscard]] unsigned fulfilled(const std::string& order) const;
-  /// Kits of an order that were submitted.
+  /// Submitted kits of an order.
   [[nodiscard]] unsigned submitted_kits(const std::string& order) const;
-  /// Parts that are right in an order's kits: in those that were submitted, and in the fullest
-  /// trays of its type for those that still are to be.
+  /// Correct parts in an order's kits: the submitted ones, and the fullest trays of its type for
+  /// the open ones.
   [[nodiscard]] std::size_t filled(const std::string& order) const;
   [[nodiscard]] std::size_t placed() const;
-  /// Time since anything last moved.
+  /// Time since the last motion [s].
   [[nodiscard]] double quiet_s() const;
 
-  /// Without scores; those add theirs (scores.hpp).
+  /// The measures without scores, which add_scores() adds (scores.hpp).
   [[nodiscard]] Measured result(const ControllerWords& words) const;
 
  private:
   struct State;
-  /// In a slot or a gripper.
+  /// Whether the body is in a slot or a gripper.
   [[nodiscard]] bool is_somewhere(std::size_t body) const;
   void add_recovery(Measured& out, double first_s) const;
   std::unique_ptr<State> state_;
 };
 
-/// The value below which a share of the values lies, between two of them as the median does.
+/// Quantile of the values, with linear interpolation.
 [[nodiscard]] double quantile(std::vector<double> values, double share);
 
 }  // namespace aprsim::client

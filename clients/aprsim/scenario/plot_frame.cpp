@@ -78,20 +78,27 @@ void PlotFrame::band(double from_x, double to_x, double from_y, double to_y, con
       "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"{}\" "
       "fill-opacity=\"{}\"><title>{}</title></rect>\n",
       x(from_x), y(to_y), std::max(1.0, x(to_x) - x(from_x)), y(from_y) - y(to_y), colour, opacity,
-      title);
+      escaped_html(title));
 }
 
 void PlotFrame::line(double at_x, const char* colour, const std::string& title) {
   out_ += fmt::format(
       "<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\" stroke=\"{3}\" "
       "stroke-dasharray=\"4 3\"><title>{4}</title></line>\n",
-      x(at_x), top_, height_ - kBottom, colour, title);
+      x(at_x), top_, height_ - kBottom, colour, escaped_html(title));
+}
+
+void PlotFrame::level(double at_y, const std::string& title) {
+  out_ += fmt::format(
+      "<line x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\" stroke=\"#1d2630\" "
+      "stroke-dasharray=\"4 3\"/><text x=\"{1}\" y=\"{3:.1f}\" text-anchor=\"end\">{4}</text>\n",
+      kLeft, kWidth - kRight, y(at_y), y(at_y) - 3, escaped_html(title));
 }
 
 void PlotFrame::dot(double at_x, double at_y, const std::string& title) {
   out_ += fmt::format(
       "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"4\" fill=\"{}\"><title>{}</title></circle>\n",
-      x(at_x), y(at_y), kBlue, title);
+      x(at_x), y(at_y), kBlue, escaped_html(title));
 }
 
 void PlotFrame::bar(double at_x, double at_y, double low, double high, const std::string& title) {

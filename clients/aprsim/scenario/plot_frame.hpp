@@ -4,8 +4,7 @@
 
 namespace aprsim::client {
 
-/// An SVG element with two axes, into which things are drawn. Units of places are those of the
-/// axes.
+/// An SVG plot with two axes. Coordinates are in the units of the axes.
 class PlotFrame {
  public:
   static constexpr double kWidth = 860, kLeft = 60, kRight = 15, kTop = 10, kBottom = 36;
@@ -17,19 +16,21 @@ class PlotFrame {
   };
 
   PlotFrame(double height, Axis x, Axis y);
-  /// Both from zero.
+  /// Both axes begin at zero.
   PlotFrame(double height, double max_x, double max_y, const char* x_title, const char* y_title)
       : PlotFrame(height, Axis{0, max_x, x_title}, Axis{0, max_y, y_title}) {}
 
-  /// On the page.
+  /// Position on the page in pixels.
   [[nodiscard]] double x(double value) const;
   [[nodiscard]] double y(double value) const;
 
   void band(double from_x, double to_x, double from_y, double to_y, const char* colour,
             double opacity, const std::string& title);
   void line(double at_x, const char* colour, const std::string& title);
+  /// A horizontal line with its title on it.
+  void level(double at_y, const std::string& title);
   void dot(double at_x, double at_y, const std::string& title);
-  /// A value and the interval that it may be in.
+  /// A value with its confidence interval.
   void bar(double at_x, double at_y, double low, double high, const std::string& title);
   void add(const std::string& element) { out_ += element; }
   [[nodiscard]] std::string text() const { return out_ + "</svg>\n"; }
@@ -40,7 +41,7 @@ class PlotFrame {
   std::string out_;
 };
 
-/// Text for HTML and SVG.
+/// The text with the special characters of HTML and SVG escaped.
 [[nodiscard]] std::string escaped_html(const std::string& text);
 
 }  // namespace aprsim::client

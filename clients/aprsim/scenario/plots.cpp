@@ -10,6 +10,7 @@ namespace aprsim::client {
 
 std::string progress_plot(const RunResult& run) {
   const Measured& measured = run.measured;
+  if (measured.kits.empty() && measured.placements.empty()) return "";
   const auto parts = static_cast<double>(measured.placements.size());
   PlotFrame frame(260, measured.end_s, parts + 1, "time [s]", "parts in kits");
   for (const FaultResult& fault : measured.faults) {
@@ -35,6 +36,7 @@ std::string progress_plot(const RunResult& run) {
 
 std::string activity_plot(const RunResult& run) {
   const Measured& measured = run.measured;
+  if (measured.robots.empty()) return "";
   const auto rows = static_cast<double>(measured.robots.size());
   PlotFrame frame(PlotFrame::kTop + PlotFrame::kBottom + 30 * rows, measured.end_s, rows,
                   "time [s]", "");
@@ -45,14 +47,15 @@ std::string activity_plot(const RunResult& run) {
       frame.band(from_s, to_s, row + 0.2, row + 0.8, PlotFrame::kBlue, 0.8,
                  fmt::format("{} moves, {:.1f} to {:.1f} s", robot.name, from_s, to_s));
     }
-    frame.add(
-        fmt::format("<text x=\"4\" y=\"{:.1f}\">{}</text>\n", frame.y(row + 0.5) + 4, robot.name));
+    frame.add(fmt::format("<text x=\"4\" y=\"{:.1f}\">{}</text>\n", frame.y(row + 0.5) + 4,
+                          escaped_html(robot.name)));
   }
   return frame.text();
 }
 
 std::string placement_plot(const RunResult& run) {
   const auto& placements = run.measured.placements;
+  if (placements.empty()) return "";
   double worst_mm = 0.1;
   for (const Placement& placement : placements) {
     worst_mm = std::max(worst_mm, 1e3 * placement.error_m);
@@ -65,6 +68,12 @@ std::string placement_plot(const RunResult& run) {
     frame.dot(index, 1e3 * placement.error_m,
               fmt::format("{} in {}, by {}: {:.3f} mm", placement.gear, placement.slot,
                           placement.robot, 1e3 * placement.error_m));
+  }
+  for (const char* measure : {"placement_p50_mm", "placement_p95_mm"}) {
+    const auto value = run.measured.values.find(measure);
+    if (value != run.measured.values.end()) {
+      frame.level(value->second, fmt::format("{} {:.3f} mm", measure, value->second));
+    }
   }
   return frame.text();
 }

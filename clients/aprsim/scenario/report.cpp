@@ -1,15 +1,17 @@
 #include "clients/aprsim/scenario/report.hpp"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
-#include <fstream>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "clients/aprsim/scenario/measure_text.hpp"
 #include "clients/aprsim/scenario/plot_frame.hpp"
 #include "clients/aprsim/scenario/plots.hpp"
 #include "clients/aprsim/scenario/report_page.hpp"
+#include "world/base/files/draft_file.hpp"
 #include "world/scenario/measure_kinds.hpp"
 
 namespace aprsim::client {
@@ -110,6 +112,36 @@ RunJson list_of(const std::vector<T>& all) {
   return out;
 }
 
+std::string faults_table(const Measured& measured) {
+  std::string rows;
+  for (const FaultResult& fault : measured.faults) {
+    rows += page_row({fault.kind, fault.target, time_text(fault.begin_s), time_text(fault.end_s),
+                      time_text(fault.recovery_s)});
+  }
+  return page_table({"kind", "target", "begin [s]", "end [s]", "next part after [s]"}, rows);
+}
+
+std::string collisions_table(const Measured& measured) {
+  std::string rows;
+  for (const Collision& collision : measured.collisions) {
+    rows += page_row({collision.pair, fmt::format("{:.2f}", collision.begin_s),
+                      fmt::format("{:.2f}", collision.end_s), figure_text(collision.max_n)});
+  }
+  return page_table({"between", "from [s]", "to [s]", "greatest force [N]"}, rows);
+}
+
+std::string measures_table(const Measured& measured) {
+  std::string rows;
+  for (const auto& kind : scenario::measure_kinds()) {
+    const std::string name(kind.name);
+    const auto value = measured.values.find(name);
+    if (value == measured.values.end()) continue;
+    rows += page_row({name, figure_text(value->second), measure_unit(name), better_text(name),
+                      std::string(kind.meaning)});
+  }
+  return page_table({"measure", "value", "unit", "better", "meaning"}, rows);
+}
+
 }  // namespace
 
 bool RunResult::as_expected() const { return std::ranges::all_of(verdicts, &Verdict::kept); }
@@ -134,7 +166,7 @@ std::vector<Verdict> judge(const Measured& measured,
 
 std::string text_of(const Verdict& verdict) {
   return fmt::format("{} {}, expected {}", verdict.measure,
-                     verdict.value ? figure_text(*verdict.value) : "not known",
+                     verdict.value ? figure_text(*verdict.value) : "unknown",
                      bound_text(verdict.bound));
 }
 
@@ -181,15 +213,17 @@ std::string report_table(const RunResult& run, const Paint& paint) {
                                   : std::string("no part after it")) +
            '\n';
   }
-  out += '\n';
+  if (!measured.kits.empty() || !measured.faults.empty()) out += '\n';
   for (const auto& kind : scenario::measure_kinds()) {
     const auto value = measured.values.find(std::string(kind.name));
     if (value == measured.values.end()) continue;
-    const std::string unit = kind.unit == "1" ? "" : std::string(kind.unit);
-    out += fmt::format("  {:<22}{:>10} {:<4} {}\n", kind.name, figure_text(value->second), unit,
-                       kind.meaning);
+    const std::string name(kind.name);
+    const std::string better = better_text(name);
+    out += fmt::format("  {:<22}{:>10} {:<4} {}{}\n", name, figure_text(value->second),
+                       measure_unit(name), kind.meaning,
+                       better.empty() ? "" : " (" + better + " is better)");
   }
-  out += '\n';
+  if (!run.verdicts.empty()) out += '\n';
   for (const Verdict& verdict : run.verdicts) {
     out += "  " +
            paint(verdict.kept ? Tone::kGood : Tone::kBad, verdict.kept ? "kept    " : "not kept") +
@@ -200,70 +234,55 @@ std::string report_table(const RunResult& run, const Paint& paint) {
 
 std::string report_page(const RunResult& run) {
   const Measured& measured = run.measured;
-  std::string out =
-      page_head(fmt::format("{}, seed {}", run.scenario, run.seed)) +
-      fmt::format(
-          "<h1>{0}</h1>\n<p>{2}. Seed {1}, controller <code>{3}</code>; {4} after {5:.1f} "
-          "s.</p>\n<p class=\"{6}\">{7}</p>\n",
-          escaped_html(run.scenario), run.seed, escaped_html(run.description),
-          escaped_html(run.controller), escaped_html(run.ended), measured.end_s,
-          run.as_expected() ? "good" : "bad",
-          run.as_expected() ? "As expected." : "Not as expected.");
-  out += "<h2>Kits</h2>\n<table>" +
-         page_row({"order", "tray", "announced [s]", "submitted [s]", "result"}, "th");
+  std::string kits, verdicts;
   for (const KitResult& kit : measured.kits) {
-    out += page_row({kit.order, kit.tray, time_text(kit.announced_s), time_text(kit.submitted_s),
-                     kit_state(kit)});
+    kits += page_row({kit.order, kit.tray, time_text(kit.announced_s), time_text(kit.submitted_s),
+                      kit_state(kit)});
   }
-  out += "</table>\n<h2>The run</h2>\n" + progress_plot(run) + activity_plot(run) +
-         "<h2>Where parts came to lie</h2>\n" + placement_plot(run);
-  if (!measured.faults.empty()) {
-    out += "<h2>Faults</h2>\n<table>" +
-           page_row({"kind", "target", "begin [s]", "end [s]", "next part after [s]"}, "th");
-    for (const FaultResult& fault : measured.faults) {
-      out += page_row({fault.kind, fault.target, time_text(fault.begin_s), time_text(fault.end_s),
-                       time_text(fault.recovery_s)});
-    }
-    out += "</table>\n";
-  }
-  if (!measured.collisions.empty()) {
-    out += "<h2>Collisions</h2>\n<table>" +
-           page_row({"between", "from [s]", "to [s]", "greatest force [N]"}, "th");
-    for (const Collision& collision : measured.collisions) {
-      out += page_row({collision.pair, fmt::format("{:.2f}", collision.begin_s),
-                       fmt::format("{:.2f}", collision.end_s), figure_text(collision.max_n)});
-    }
-    out += "</table>\n";
-  }
-  out += "<h2>Measures</h2>\n<table>" + page_row({"measure", "value", "unit", "meaning"}, "th");
-  for (const auto& kind : scenario::measure_kinds()) {
-    const auto value = measured.values.find(std::string(kind.name));
-    if (value == measured.values.end()) continue;
-    out += page_row({std::string(kind.name), figure_text(value->second),
-                     kind.unit == "1" ? "" : std::string(kind.unit), std::string(kind.meaning)});
-  }
-  out += "</table>\n<h2>Expected</h2>\n<table>" + page_row({"bound", "kept"}, "th");
   for (const Verdict& verdict : run.verdicts) {
-    out += page_row({text_of(verdict), verdict.kept ? "yes" : "no"});
+    verdicts += page_row({text_of(verdict), verdict.kept ? "yes" : "no"});
   }
-  return out + "</table>\n</body></html>\n";
+  return page_head(fmt::format("{}, seed {}", run.scenario, run.seed)) +
+         fmt::format(
+             "<h1>{0}</h1>\n<p>{2}. Seed {1}, controller <code>{3}</code>; {4} after {5:.1f} "
+             "s.</p>\n<p class=\"{6}\">{7}</p>\n",
+             escaped_html(run.scenario), run.seed, escaped_html(run.description),
+             escaped_html(run.controller), escaped_html(run.ended), measured.end_s,
+             run.as_expected() ? "good" : "bad",
+             run.as_expected() ? "As expected." : "Not as expected.") +
+         page_section("Expected", page_table({"bound", "kept"}, verdicts)) +
+         page_section(
+             "Kits",
+             page_table({"order", "tray", "announced [s]", "submitted [s]", "result"}, kits)) +
+         page_section("Progress", progress_plot(run)) +
+         page_section("Motion of the robots", activity_plot(run)) +
+         page_section("Placement errors", placement_plot(run)) +
+         page_section("Faults", faults_table(measured)) +
+         page_section("Collisions", collisions_table(measured)) +
+         page_section("Measures", measures_table(measured)) + "</body></html>\n";
+}
+
+std::vector<std::string> report_files(const std::string& directory) {
+  std::vector<std::string> out;
+  for (const char* name : {"report.json", "report.txt", "report.html"}) {
+    out.push_back((std::filesystem::path(directory) / name).string());
+  }
+  return out;
 }
 
 Outcome<void> write_report(const RunResult& run, const std::string& directory) {
-  namespace fs = std::filesystem;
   std::error_code status;
-  fs::create_directories(directory, status);
-  const auto write = [&](const char* name, const std::string& text) {
-    std::ofstream file(fs::path(directory) / name, std::ios::binary);
-    file << text;
-    return static_cast<bool>(file.flush());
-  };
+  std::filesystem::create_directories(directory, status);
   const auto replace = RunJson::error_handler_t::replace;
-  if (write("report.json", report_json(run).dump(1, ' ', false, replace) + "\n") &&
-      write("report.txt", report_table(run, Paint())) && write("report.html", report_page(run))) {
-    return {};
+  const std::array texts{report_json(run).dump(1, ' ', false, replace) + "\n",
+                         report_table(run, Paint()), report_page(run)};
+  const auto names = report_files(directory);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    files::DraftFile file(names[i]);
+    file.out() << texts[i];
+    if (auto done = file.commit(); !done) return failed(FailureKind::kUsage, done.error().message);
   }
-  return failed(FailureKind::kUsage, "cannot write the report into " + directory);
+  return {};
 }
 
 }  // namespace aprsim::client

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -17,6 +18,8 @@ namespace aprsim::client {
 /// A page that needs nothing else, with plots.
 [[nodiscard]] std::string report_page(const RunResult& run);
 
+/// The files that write_report() writes into a directory.
+[[nodiscard]] std::vector<std::string> report_files(const std::string& directory);
 /// Writes report.json, report.txt and report.html into a directory, which is made when it is not
 /// there. Failure: a file that cannot be written.
 [[nodiscard]] Outcome<void> write_report(const RunResult& run, const std::string& directory);

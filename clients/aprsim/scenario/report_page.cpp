@@ -29,6 +29,14 @@ std::string page_row(std::initializer_list<std::string> texts, const char* tag) 
   return out + "</tr>\n";
 }
 
+std::string page_table(std::initializer_list<std::string> titles, const std::string& rows) {
+  return rows.empty() ? "" : "<table>" + page_row(titles, "th") + rows + "</table>\n";
+}
+
+std::string page_section(const std::string& heading, const std::string& content) {
+  return content.empty() ? "" : "<h2>" + escaped_html(heading) + "</h2>\n" + content;
+}
+
 std::string figure_text(double value) {
   return value == std::floor(value) && std::abs(value) < 1e9 ? fmt::format("{:.0f}", value)
                                                              : fmt::format("{:.4g}", value);

@@ -3,7 +3,7 @@
 #include <initializer_list>
 #include <string>
 
-/// What the pages of reports are made of.
+/// Elements of the HTML pages of reports.
 namespace aprsim::client {
 
 extern const char* const kPageStyle;
@@ -13,6 +13,11 @@ extern const char* const kPageStyle;
 /// A row of a table, of texts that are no HTML.
 [[nodiscard]] std::string page_row(std::initializer_list<std::string> texts,
                                    const char* tag = "td");
+/// A table; empty without rows.
+[[nodiscard]] std::string page_table(std::initializer_list<std::string> titles,
+                                     const std::string& rows);
+/// A heading with its content; empty without content.
+[[nodiscard]] std::string page_section(const std::string& heading, const std::string& content);
 /// Counts without a point, all else to four digits.
 [[nodiscard]] std::string figure_text(double value);
 

@@ -19,7 +19,6 @@ namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 using process::ChildProcess;
 
-constexpr auto kServeTime = 20s;   // for a daemon to listen
 constexpr auto kKilledTime = 10s;  // for a killed program to be gone
 
 Outcome<ChildProcess> start_daemon(const scenario::Plan& plan, const RunDirectory& directory,
@@ -39,7 +38,7 @@ Outcome<ChildProcess> start_daemon(const scenario::Plan& plan, const RunDirector
                                      "--no-web",
                                      "--ports-file",
                                      ports};
-  // Nobody asks it for the latest of a run that can be run again.
+  // No incident is needed of a run that can be repeated.
   if (!options.pacers.empty()) {
     arguments.insert(arguments.end(),
                      {"--set", "journal.memory_mb=0", "--set", "history.minutes=0"});
@@ -55,12 +54,18 @@ Outcome<ChildProcess> start_daemon(const scenario::Plan& plan, const RunDirector
   auto daemon = ChildProcess::start(arguments, {{"APRSIM_TOKEN", ""}},
                                     directory.file("aprsimd.log"), ChildProcess::Pipes::kNone);
   if (!daemon) return failed(FailureKind::kUsage, daemon.error().message);
-  const auto deadline = std::chrono::steady_clock::now() + kServeTime;
+  const auto deadline = std::chrono::steady_clock::now() + options.patience;
   while (!fs::exists(ports, status)) {
-    if (interruption::noted()) return failed(FailureKind::kInterrupted, "interrupted");
-    if (daemon->ended() || std::chrono::steady_clock::now() > deadline) {
-      return failed(FailureKind::kCheck,
-                    "the daemon does not serve: " + last_lines(directory.file("aprsimd.log")));
+    if (interruption::requested()) return failed(FailureKind::kInterrupted, "interrupted");
+    const std::string log = directory.file("aprsimd.log");
+    if (const auto code = daemon->ended()) {
+      return failed(
+          FailureKind::kCheck,
+          fmt::format("the daemon ended with {} before it served; {}", *code, log_end(log)));
+    }
+    if (std::chrono::steady_clock::now() > deadline) {
+      return failed(FailureKind::kCheck, fmt::format("waited {} s for the daemon to serve; {}",
+                                                     options.patience.count(), log_end(log)));
     }
     interruption::sleep_until(std::chrono::steady_clock::now() + 5ms);
   }
@@ -85,14 +90,24 @@ RunDirectory::~RunDirectory() {
   if (!kept_ && !path_.empty()) fs::remove_all(path_, ignored);
 }
 
-std::string last_lines(const std::string& file) {
+std::vector<std::string> RunDirectory::files(const std::string& directory) {
+  std::vector<std::string> out;
+  for (const char* name :
+       {"scene.yaml", "ports.json", "aprsimd.log", "controller.log", "controller.out"}) {
+    out.push_back((fs::path(directory) / name).string());
+  }
+  return out;
+}
+
+std::string log_end(const std::string& file) {
+  const std::string name = fs::path(file).filename().string();
   std::ifstream in(file);
   std::string text, line;
   while (std::getline(in, line)) {
     text += line + '\n';
     if (text.size() > 2000) text.erase(0, text.size() - 2000);
   }
-  return text;
+  return text.empty() ? name + " is empty" : "the end of " + name + ":\n" + text;
 }
 
 std::vector<std::string> robots_of(const scenario::Scenario& scenario, const scene::Scene& scene) {

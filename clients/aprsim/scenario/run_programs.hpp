@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -14,41 +15,44 @@
 /// The programs of a run: its daemon and its controller. Thread: one.
 namespace aprsim::client {
 
-/// A directory of the run's own, gone with it.
+/// A temporary directory of one run.
 class RunDirectory {
  public:
-  /// `kept`: where it is and stays; empty = somewhere.
+  /// `kept`: a directory that stays; empty = a temporary one.
   explicit RunDirectory(const std::string& kept);
   ~RunDirectory();
   RunDirectory(const RunDirectory&) = delete;
   RunDirectory& operator=(const RunDirectory&) = delete;
   [[nodiscard]] std::string file(const std::string& name) const { return (path_ / name).string(); }
+  /// The files that a run writes into its directory, without the logs of restarted controllers.
+  [[nodiscard]] static std::vector<std::string> files(const std::string& directory);
 
  private:
   std::filesystem::path path_;
   bool kept_;
 };
 
-/// The end of a log, to be told with a failure.
-[[nodiscard]] std::string last_lines(const std::string& file);
+/// The end of a log for the message of a failure: "the end of FILE: ..." or "FILE is empty".
+[[nodiscard]] std::string log_end(const std::string& file);
 
-/// Those that the scenario lets its controller use, else all of the scene.
+/// The robots that the scenario names for its controller, else all robots of the scene.
 [[nodiscard]] std::vector<std::string> robots_of(const scenario::Scenario& scenario,
                                                  const scene::Scene& scene);
-/// Who passes virtual time beside the runner: whoever polls and `looks`.
+/// Roles that advance virtual time beside the runner; `looks` adds vision.
 [[nodiscard]] std::vector<std::string> roles_of(const std::vector<std::string>& robots, bool looks);
-/// As `--pacers` has them.
+/// The roles in the syntax of `--pacers`.
 [[nodiscard]] std::string pacers_of(const std::vector<std::string>& roles);
 
 struct DaemonOptions {
-  std::string pacers;   ///< of virtual time; empty = stepped
-  std::string journal;  ///< file or directory; empty = none
+  std::string pacers;                  ///< of virtual time; empty = stepped
+  std::string journal;                 ///< file or directory; empty = none
+  std::chrono::seconds patience{600};  ///< until it serves
 };
-/// Where the cell of a run is.
+/// The cell of a run.
 struct Place {
   Endpoints endpoints;
   std::string ports_file;                       ///< empty = none
-  std::optional<process::ChildProcess> daemon;  ///< absent = somebody else's
+  std::optional<process::ChildProcess> daemon;  ///< absent = started elsewhere
 };
 
 /// A daemon of the run's own, on free ports, with the planned scene. Failures: it does not start,
@@ -60,9 +64,9 @@ struct ControllerOptions {
   std::string command;  ///< for the shell; empty = the scenario's own program
   double poll_ms = 25;  ///< of the own program
   bool polls_are_clock = false;
-  bool again = false;  ///< the own program takes one job after the other
+  bool again = false;  ///< the program takes one job after the other
 };
-/// What starts the controller.
+/// The command line of the controller.
 [[nodiscard]] std::vector<std::string> controller_command(const scenario::Scenario& scenario,
                                                           const ControllerOptions& options,
                                                           const Place& place);
@@ -75,7 +79,7 @@ class Controller {
              const RunDirectory& directory)
       : command_(std::move(command)), ports_file_(std::move(ports_file)), directory_(directory) {}
 
-  /// In place of the one that there was, which is killed with all that it has started.
+  /// Starts a controller and kills the previous one with its child processes.
   Outcome<void> start();
   void kill();
   [[nodiscard]] bool is_there() const { return process_.has_value(); }

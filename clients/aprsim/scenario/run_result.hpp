@@ -8,7 +8,7 @@
 
 namespace aprsim::client {
 
-/// A bound of the expected outcome and what became of it.
+/// A bound of the expected outcome and whether it was kept.
 struct Verdict {
   std::string measure;
   scenario::Bound bound;
@@ -21,7 +21,7 @@ struct RunEvent {
   std::string what;
 };
 
-/// One run of a scenario. Nothing in it tells of the wall clock.
+/// One run of a scenario. It holds no wall-clock time.
 struct RunResult {
   std::string scenario, description, controller;
   std::uint64_t seed = 1;
@@ -34,7 +34,7 @@ struct RunResult {
   [[nodiscard]] bool as_expected() const;
 };
 
-/// Compares. A measure of which there is nothing to tell keeps no bound.
+/// Compares measures with their bounds. A measure without a value keeps no bound.
 [[nodiscard]] std::vector<Verdict> judge(const Measured& measured,
                                          const std::map<std::string, scenario::Bound>& expected);
 /// "kits_right 1, expected 2".

@@ -11,6 +11,7 @@
 #include "clients/aprsim/scenario/sampler.hpp"
 #include "clients/aprsim/scenario/scores.hpp"
 #include "clients/aprsim/text/fault_request.hpp"
+#include "world/base/utf8.hpp"
 
 namespace aprsim::client {
 namespace {
@@ -18,8 +19,8 @@ namespace {
 using namespace std::chrono_literals;
 using process::ChildProcess;
 
-constexpr auto kAnswerTime = 60s;        // for a controller to answer a line, while time stands
-constexpr auto kProgressPeriod = 500ms;  // from one telling of the progress to the next
+constexpr auto kSilence = 60s;  // without any line, after which a controller counts as silent
+constexpr auto kProgressPeriod = 500ms;  // between two progress reports
 constexpr const char* kAllSubmitted = "all orders were submitted";
 constexpr const char* kControllerDone = "the controller is done";
 
@@ -33,11 +34,11 @@ FaultInjectCommand command_of(const scenario::Fault& fault) {
   return out;
 }
 
-/// What goes on in the cell, in words.
+/// Describes the activity of the cell.
 std::string activity_of(const v1::Snapshot& snapshot) {
   std::string out;
   for (const auto& robot : snapshot.robots()) {
-    out += (out.empty() ? "" : ", ") + robot.name() + (robot.moving() ? " moves" : " stands");
+    out += (out.empty() ? "" : ", ") + robot.name() + (robot.moving() ? " moves" : " is at rest");
     if (robot.gripper().holding() && robot.gripper().has_held_index()) {
       out += " with " + snapshot.bodies(static_cast<int>(robot.gripper().held_index())).name();
     } else if (robot.gripper().setting() < 0.5) {
@@ -83,41 +84,53 @@ void RunWatch::end_faults() {
   for (const std::uint64_t id : injected_) static_cast<void>(cell_.end_fault(id));
 }
 
-bool RunWatch::take(const v1::Snapshot& snapshot) {
-  if (interruption::noted()) return end("interrupted");
+bool RunWatch::accept(const v1::Snapshot& snapshot) {
+  if (interruption::requested()) return end("interrupted");
   if (!snapshot.world_fault().empty()) return end("the cell stopped: " + snapshot.world_fault());
   if (epoch_.value_or(snapshot.epoch()) != snapshot.epoch()) {
-    return end("somebody else has reset the cell");
+    return end("another client has reset the cell");
   }
   epoch_ = snapshot.epoch();
   last_step_ = snapshot.step();
   const Sample sample = sample_of(snapshot, description_);
   time_s_ = sample.time_s;
   measures_.add(sample);
-  note_faults(sample);
+  record_faults(sample);
   move_orders_on();
   listen();
   submit_silently();
   const bool goes_on = go_on();
-  tell_progress(!goes_on);
+  report_progress(!goes_on);
   return goes_on;
 }
 
-void RunWatch::await_answers() {
-  const auto deadline = std::chrono::steady_clock::now() + kAnswerTime;
+Outcome<void> RunWatch::await_answers(std::chrono::seconds patience) {
+  const auto began = std::chrono::steady_clock::now();
   while (controller_ != nullptr && unanswered_ > 0 && !controller_->ended() &&
-         !interruption::noted() && std::chrono::steady_clock::now() < deadline) {
+         !interruption::requested()) {
     listen();
-    if (unanswered_ > 0) static_cast<void>(controller_->wait(1ms));
+    if (unanswered_ == 0) break;
+    const auto waited = std::chrono::steady_clock::now() - began;
+    if (!speaks_ && waited > std::min<std::chrono::seconds>(kSilence, patience)) {
+      record_event("the controller reports nothing; the run continues without its answers");
+      is_silent_ = true;
+      unanswered_ = 0;
+    } else if (waited > patience) {
+      return failed(FailureKind::kCheck,
+                    fmt::format("waited {} s for the controller to answer {}", patience.count(),
+                                last_sent_.empty() ? "the end of the orders" : last_sent_));
+    }
+    static_cast<void>(controller_->wait(1ms));
   }
+  return {};
 }
 
 void RunWatch::listen() {
-  static_cast<void>(prick_up());
-  for (const std::string& line : std::exchange(waiting_, {})) hear(line);
+  static_cast<void>(read_ahead());
+  for (const std::string& line : std::exchange(waiting_, {})) process_line(line);
 }
 
-bool RunWatch::prick_up() {
+bool RunWatch::read_ahead() {
   if (controller_ == nullptr) return false;
   for (std::string& line : controller_->lines()) {
     end_waits_ = end_waits_ || event_of(line) == "end";
@@ -129,7 +142,7 @@ bool RunWatch::prick_up() {
 void RunWatch::end_with_controller() {
   listen();
   if (go_on()) end("the controller does not go on");
-  tell_progress(/*at_once=*/true);
+  report_progress(/*at_once=*/true);
 }
 
 RunResult RunWatch::result() const {
@@ -157,7 +170,7 @@ void RunWatch::controller_killed(const v1::Snapshot& snapshot) {
   unanswered_ = 0;
   ++kills_;
   killed_s_ = time_s_;
-  note("the controller is killed and started again; " + activity_of(snapshot));
+  record_event("the controller is killed and started again; " + activity_of(snapshot));
 }
 
 void RunWatch::controller_started(ChildProcess& controller) {
@@ -176,18 +189,18 @@ bool RunWatch::end(const std::string& why) {
   return false;
 }
 
-void RunWatch::note(const std::string& what) {
+void RunWatch::record_event(const std::string& what) {
   events_.push_back({time_s_, what});
   listener_.event(events_.back());
 }
 
-void RunWatch::note_faults(const Sample& sample) {
+void RunWatch::record_faults(const Sample& sample) {
   for (const FaultSample& fault : sample.faults) {
     const std::string name = fault.kind + (fault.target.empty() ? "" : " ") + fault.target;
-    if (fault.begin_s && begun_.insert(fault.id).second) note("fault begins: " + name);
+    if (fault.begin_s && begun_.insert(fault.id).second) record_event("fault begins: " + name);
     if (fault.begin_s && fault.end_s && *fault.end_s > *fault.begin_s &&
         over_.insert(fault.id).second) {
-      note("fault ends: " + name);
+      record_event("fault ends: " + name);
     }
   }
 }
@@ -205,15 +218,16 @@ bool RunWatch::has_come(const scenario::Moment& moment) const {
 }
 
 void RunWatch::report(const std::string& order, const char* what) {
-  note(fmt::format("{}: {}", what, order));
-  // Faults may wait for it; that the daemon has gone shows elsewhere.
+  record_event(fmt::format("{}: {}", what, order));
+  // Faults may wait for the event; a dead daemon is detected elsewhere.
   static_cast<void>(cell_.report_event(std::string("order-") + what));
   static_cast<void>(cell_.report_event(order + '-' + what));
 }
 
 void RunWatch::send(const nlohmann::ordered_json& message) {
   if (controller_ == nullptr) return;
-  controller_->write_line(message.dump());
+  last_sent_ = message.dump();
+  controller_->write_line(last_sent_);
   expect_answer();
 }
 
@@ -243,11 +257,12 @@ void RunWatch::move_orders_on() {
   }
 }
 
-void RunWatch::hear(const std::string& line) {
+void RunWatch::process_line(const std::string& line) {
   heard_ << line << std::endl;
   const auto message = nlohmann::json::parse(line, nullptr, /*allow_exceptions=*/false);
   if (!message.is_object()) return;
   speaks_ = true;
+  is_silent_ = false;
   if (message.contains("replan")) {
     words_.replans = words_.replans.value_or(0) + (message.value("replan", false) ? 1U : 0U);
   }
@@ -266,14 +281,14 @@ void RunWatch::hear(const std::string& line) {
     said_ready_ = false;  // it was, before
   }
   if (event == "ready") said_ready_ = true;
-  if (event == "submit") hear_submission(message, line);
+  if (event == "submit") process_submission(message, line);
 }
 
-void RunWatch::hear_submission(const nlohmann::json& message, const std::string& line) {
+void RunWatch::process_submission(const nlohmann::json& message, const std::string& line) {
   const auto order = message.find("order");
   if (order == message.end() || !order->is_string() ||
       !announced_.contains(order->get<std::string>())) {
-    note("the controller submits an order that there is not: " + line.substr(0, 200));
+    record_event(fmt::format("the controller submits an unknown order: {}", utf8::cut(line, 200)));
     return;
   }
   std::optional<Eigen::Vector2d> place;
@@ -297,7 +312,7 @@ void RunWatch::submit_silently() {
   }
 }
 
-void RunWatch::tell_progress(bool at_once) {
+void RunWatch::report_progress(bool at_once) {
   const auto now = std::chrono::steady_clock::now();
   if (!listener_.progress || (!at_once && now < progress_due_)) return;
   progress_due_ = now + kProgressPeriod;

@@ -17,20 +17,20 @@ namespace {
 using namespace std::chrono_literals;
 using process::ChildProcess;
 
-constexpr double kSamplesPerSecond = 50;  // of simulated time, where the wire keeps up
+constexpr double kSamplesPerSecond = 50;  // of simulated time, if the connection keeps up
 constexpr double kMostSamplesPerSecond = 400;
 constexpr const char* kNoController = "none";
-constexpr auto kEndTime = 10s;   // for a program to end when it is told to
+constexpr auto kEndTime = 10s;   // for a program to end on request
 constexpr auto kHomeTime = 30s;  // for a controller that has no more orders
 
-/// Sets a cell that runs already to its beginning, where it waits.
+/// Resets a running cell and pauses it.
 Outcome<void> make_ready(const scenario::Scenario& scenario, const scenario::Plan& plan,
                          CellConnection& cell) {
   if (scenario.own_parts) {
     return failed(FailureKind::kUsage,
                   scenario.file +
-                      ": a running cell keeps its own parts, and this scenario takes "
-                      "some out or puts some in");
+                      ": a running cell keeps its own parts, and this scenario "
+                      "adds or removes parts");
   }
   const auto description = cell.cell();
   if (!description) return tl::unexpected(description.error());
@@ -59,7 +59,7 @@ Outcome<void> watch_by_wall_clock(CellConnection& cell, RunWatch& run, Controlle
                kSamplesPerSecond * std::max(1.0, speed.value_or(kMostSamplesPerSecond)));
   Outcome<void> restarted;
   const auto watched = cell.stream(rate_hz, [&](const v1::StreamSnapshotsResponse& sample) {
-    if (!run.take(sample.snapshot())) return false;
+    if (!run.accept(sample.snapshot())) return false;
     if (run.kill_is_due()) {
       controller->kill();
       run.controller_killed(sample.snapshot());
@@ -73,7 +73,7 @@ Outcome<void> watch_by_wall_clock(CellConnection& cell, RunWatch& run, Controlle
   return {};
 }
 
-/// Lets the controller end by itself when it may, else tells it to.
+/// Waits for the controller to end by itself if it may, else requests its end.
 void end_controller(ChildProcess& controller, RunWatch& run) {
   const interruption::Cleanup cleanup;
   controller.close_input();
@@ -96,12 +96,13 @@ Outcome<RunResult> run_in_virtual_time(const scenario::Scenario& scenario,
   }
   BatchWorker worker(scenario, {.controller = options.controller,
                                 .directory = options.directory,
-                                .journal = options.journal});
+                                .journal = options.journal,
+                                .patience = options.patience});
   return worker.run(plan, listener);
 }
 
-/// Leaves the cell of a run: ends the run's own daemon, and lets somebody else's cell go on. Gives
-/// how the run went, with what its own daemon has said.
+/// Ends the run's own daemon, or resumes an attached cell. Returns the result of the run, with
+/// the log of its own daemon.
 Outcome<void> leave(Place& place, std::optional<CellConnection>& connection, RunWatch& run,
                     const RunDirectory& directory, const Outcome<void>& watched) {
   const interruption::Cleanup cleanup;
@@ -114,7 +115,7 @@ Outcome<void> leave(Place& place, std::optional<CellConnection>& connection, Run
   place.daemon->stop(kEndTime);
   if (watched) return watched;
   return failed(watched.error().kind,
-                watched.error().message + "; " + last_lines(directory.file("aprsimd.log")));
+                watched.error().message + "; " + log_end(directory.file("aprsimd.log")));
 }
 
 }  // namespace
@@ -124,17 +125,19 @@ Outcome<RunResult> run_scenario(const scenario::Scenario& scenario, const scenar
   if (options.virtual_time) return run_in_virtual_time(scenario, plan, options, listener);
   const interruption::Hold hold;
   const RunDirectory directory(options.directory);
-  auto place = options.cell
-                   ? Place{options.cell->endpoints, options.cell->ports_file, {}}
-                   : own_place(plan, directory, {.pacers = "", .journal = options.journal});
+  auto place =
+      options.cell
+          ? Place{options.cell->endpoints, options.cell->ports_file, {}}
+          : own_place(plan, directory,
+                      {.pacers = "", .journal = options.journal, .patience = options.patience});
   if (!place) return tl::unexpected(place.error());
-  // A daemon ends at once when nobody is connected: that of the run is left before it is ended.
+  // A daemon without connections ends at once, so the connection is closed first.
   std::optional<CellConnection> connection(std::in_place, place->endpoints);
   CellConnection& cell = *connection;
   if (options.cell) {
     if (auto ready = make_ready(scenario, plan, cell); !ready) return tl::unexpected(ready.error());
   }
-  // However a run fails, somebody else's cell goes on.
+  // An attached cell is resumed however the run fails.
   const auto fail_with = [&](Failure failure) {
     if (options.cell) static_cast<void>(cell.resume());
     return tl::unexpected(std::move(failure));
@@ -146,7 +149,7 @@ Outcome<RunResult> run_scenario(const scenario::Scenario& scenario, const scenar
   if (options.controller == kNoController) {
     listener.event({0, "waits for a controller; ports: " + place->ports_file});
   } else {
-    // It polls as often in simulated time as at real speed, as far as that is possible.
+    // It polls as often in simulated time as at real speed, if possible.
     const double poll_ms = std::clamp(25 / options.speed.value_or(25), 1.0, 25.0);
     controller.emplace(
         controller_command(scenario, {.command = options.controller, .poll_ms = poll_ms}, *place),

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <optional>
 #include <string>
@@ -13,13 +14,17 @@
 
 namespace aprsim::client {
 
-/// A cell that runs already.
+/// Wall time without progress after which a run in virtual time is given up, by default. Nothing
+/// else in such a run depends on the wall clock.
+inline constexpr std::chrono::seconds kPatience{600};
+
+/// A running cell.
 struct RunningCell {
   Endpoints endpoints;
-  std::string ports_file;  ///< for the controller; empty = it knows where the cell is
+  std::string ports_file;  ///< for the controller; empty = it knows the cell's ports
 };
 
-/// How far a run is.
+/// Progress of one order.
 struct OrderProgress {
   std::string name, tray;
   std::string state;  ///< "waits" for its announcement, "open", "done" or "cancelled"
@@ -32,46 +37,47 @@ struct RunProgress {
   std::vector<OrderProgress> orders;
 };
 
-/// Who is told of a run while it goes on.
+/// Receives reports of a run in progress.
 struct RunListener {
   std::function<void(const RunEvent&)> event = [](const RunEvent&) {};
-  /// Twice a second of wall time at most, and at the end; empty = nobody is told.
+  /// Twice a second of wall time at most, and at the end; empty = not reported.
   std::function<void(const RunProgress&)> progress;
 };
 
 struct RunOptions {
   std::optional<RunningCell> cell;  ///< absent = a daemon of its own
   std::optional<double> speed = 1;  ///< of simulated time; absent = as fast as possible
-  /// In place of the speed: simulated time passes as the controller polls, and the same seed gives
-  /// the same result to the bit. A controller in place of the kitting one polls every robot.
+  /// Virtual time in place of the speed: the controller's polls advance simulated time, and equal
+  /// seeds give bit-identical results. A controller of the user polls every robot.
   bool virtual_time = false;
-  /// A command for the shell in place of the kitting controller, "none" to wait for one that
-  /// somebody else starts; empty = the kitting controller.
+  /// Shell command of the controller; "none" = wait for one that is started elsewhere; empty =
+  /// the kitting controller.
   std::string controller;
-  std::string
-      directory;        ///< keeps the scene, the logs and what the controller says; empty = nothing
-  std::string journal;  ///< file or directory for that of an own daemon; empty = none
+  std::string directory;  ///< for the scene, the logs and the controller's output; empty = none
+  std::string journal;    ///< file or directory for that of an own daemon; empty = none
+  std::chrono::seconds patience = kPatience;  ///< for programs to start, answer or poll
 };
 
 /// Runs a planned scenario: starts a daemon of its own on free ports with the planned scene, and
 /// the controller; injects the faults, announces orders, watches by gRPC, until a stop condition
-/// holds, and stops both. What happens is told as it does.
+/// holds, and stops both. Events are reported as they happen.
 ///
-/// A cell that runs already is reset with the seed and runs on afterwards, without what is left of
-/// the faults. It keeps its own scene: what varies in the planned one does not vary there, and a
-/// scenario with parts of its own is refused.
+/// A running cell is reset with the seed and keeps running afterwards; remaining faults are
+/// ended. It keeps its own scene without the planned variations, and a scenario with parts of its
+/// own is refused.
 ///
 /// The controller finds the ports in the file that APRSIM_PORTS_FILE names. Orders come on its
 /// standard input, one JSON object a line, {"announce": NAME, "tray": TYPE, "count": N, "priority":
 /// N, "slots": {SLOT: TYPE}} and {"cancel": NAME}; it answers on standard output, {"event":
 /// "submit", "order": NAME, "x_m": X, "y_m": Y}, with the place of the tray in the world where it
 /// knows that. "replan": true in any line counts as a change of plan, and "crcl_requests",
-/// "modbus_requests", "vision_frames" are taken from the last line that has them. Of a controller
-/// that says nothing a kit counts as submitted when it is as ordered. One that is killed and
-/// started again (kill_controller) is told all orders that still hold once more, in full; a tray
-/// that it submits a second time counts once.
+/// "modbus_requests", "vision_frames" are taken from the last line that has them. If the
+/// controller reports nothing, a kit counts as submitted once it is as ordered. A controller that
+/// was killed and restarted (kill_controller) receives all open orders again, in full; a tray
+/// submitted twice counts once.
 ///
-/// Failures: what cannot be started, a cell of another scene, a daemon that dies, an interruption.
+/// Failures: a program that cannot be started, a cell of another scene, a daemon that dies, an
+/// interruption.
 [[nodiscard]] Outcome<RunResult> run_scenario(const scenario::Scenario& scenario,
                                               const scenario::Plan& plan, const RunOptions& options,
                                               const RunListener& listener);

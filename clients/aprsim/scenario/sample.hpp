@@ -7,10 +7,10 @@
 
 #include <Eigen/Geometry>
 
-/// What measures are made from: the cell at one instant of a run. SI, in the world.
+/// Samples of a run, from which measures are computed. SI units, world frame.
 namespace aprsim::client {
 
-/// What does not change in a run.
+/// A slot of a tray, constant in a run.
 struct SlotShape {
   std::string name, gear_type;
   Eigen::Vector3d at_tray = Eigen::Vector3d::Zero();

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "clients/aprsim/cli/interruption.hpp"
 #include "clients/aprsim/scenario/sampler.hpp"
 
@@ -11,28 +13,22 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::uint64_t kVirtualSteps = 25;  // from sample to sample, as of polls
-constexpr auto kAloneTime = 20s;             // for the connections of a killed controller to end
-constexpr auto kStandstill = 120s;           // without any simulated time
-
-Failure not_going_on(const std::string& what) {
-  return {FailureKind::kCheck, "time stands: " + what};
-}
+constexpr std::uint64_t kVirtualSteps = 25;  // from sample to sample, as between polls
 
 }  // namespace
 
 Outcome<std::optional<v1::Snapshot>> SampleTime::pass(bool over) {
   const auto now = std::chrono::steady_clock::now();
-  if (over && !home_by_) home_by_ = now + kStandstill;
-  const auto deadline = home_by_.value_or(now + kStandstill);
+  if (over && !home_by_) home_by_ = now + patience_;
+  const auto deadline = home_by_.value_or(now + patience_);
   bool late = false;
   const auto cancelled = [&] {
     late = std::chrono::steady_clock::now() > deadline;
     if (over) watch_.listen();
-    return late || interruption::noted() || watch_.prick_up() ||
+    return late || interruption::requested() || watch_.read_ahead() ||
            (over && watch_.controller_has_ended());
   };
-  // Only one request may be open at once: the earlier one comes first.
+  // Only one request may be open: the earlier one comes first.
   while (goal_) {
     auto snapshot = read();
     if (!snapshot) return tl::unexpected(snapshot.error());
@@ -41,18 +37,39 @@ Outcome<std::optional<v1::Snapshot>> SampleTime::pass(bool over) {
     interruption::sleep_until(std::chrono::steady_clock::now() + 2ms);
   }
   Outcome<std::optional<v1::Snapshot>> passed;
-  // Without other pacers the answer comes before anything could be heard in between.
+  // Without other pacers the reply arrives before any line of the controller.
   const bool has_ended = over && cancelled();
   if (!goal_ && !has_ended) passed = cell_.step_and_read(kVirtualSteps, kSampledFields, cancelled);
-  if (late && over) return failed(FailureKind::kCheck, "the controller does not end after the run");
-  if (late) return tl::unexpected(not_going_on("the controller neither polls nor ends"));
+  if (late && over) {
+    return failed(FailureKind::kCheck,
+                  fmt::format("waited {} s for the controller to end after the "
+                              "run",
+                              patience_.count()));
+  }
+  if (late) return tl::unexpected(standstill());
   return passed;
+}
+
+Failure SampleTime::standstill() {
+  std::string awaited;
+  if (const auto snapshot = cell_.snapshot()) {
+    for (const std::string& name : snapshot->virtual_time().awaited()) {
+      awaited += (awaited.empty() ? "" : ", ") + name;
+    }
+  }
+  return {
+      FailureKind::kCheck,
+      fmt::format("waited {} s for virtual time to advance: {}; the controller neither polls nor "
+                  "ends",
+                  patience_.count(),
+                  awaited.empty() ? "no client is awaited" : "it waits for " + awaited)};
 }
 
 Outcome<void> SampleTime::pass_until_alone(std::uint64_t now,
                                            const std::vector<std::string>& roles) {
-  const auto deadline = std::chrono::steady_clock::now() + kAloneTime;
-  while (std::chrono::steady_clock::now() < deadline && !interruption::noted()) {
+  const auto deadline = std::chrono::steady_clock::now() + patience_;
+  std::string left;
+  while (std::chrono::steady_clock::now() < deadline && !interruption::requested()) {
     if (const auto asked = request(now, 50ms); !asked) return tl::unexpected(asked.error());
     const auto snapshot = read();
     if (!snapshot) return tl::unexpected(snapshot.error());
@@ -61,10 +78,15 @@ Outcome<void> SampleTime::pass_until_alone(std::uint64_t now,
     const auto is_awaited = [&](const std::string& role) {
       return !role.starts_with("crcl.") || std::ranges::find(awaited, role) != awaited.end();
     };
-    if (std::ranges::all_of(roles, is_awaited)) return {};
+    const auto connected = std::ranges::find_if_not(roles, is_awaited);
+    if (connected == roles.end()) return {};
+    left = *connected;
     interruption::sleep_until(std::chrono::steady_clock::now() + 5ms);
   }
-  return failed(FailureKind::kCheck, "the killed controller's connections do not end");
+  if (interruption::requested()) return failed(FailureKind::kInterrupted, "interrupted");
+  return failed(FailureKind::kCheck,
+                fmt::format("waited {} s for the connection of the killed controller to {} to end",
+                            patience_.count(), left));
 }
 
 Outcome<std::optional<v1::Snapshot>> SampleTime::request(std::uint64_t now,
@@ -92,7 +114,7 @@ Outcome<v1::Snapshot> SampleTime::request_again(v1::Snapshot now) {
   goal_.reset();
   auto passed = request(now.step(), 50ms);
   if (!passed) {
-    // Or it has been heard of since, and only one may ask at once.
+    // The request may have arrived since, and only one may be open.
     if (passed.error().kind != FailureKind::kRefused) return tl::unexpected(passed.error());
     goal_ = now.step() + kVirtualSteps;
   }

@@ -13,36 +13,42 @@
 
 namespace aprsim::client {
 
-/// Virtual time of a cell, passed from sample to sample.
+/// Advances the virtual time of a cell from sample to sample.
 class SampleTime {
  public:
-  /// Keeps both references.
-  SampleTime(CellConnection& cell, RunWatch& watch) : cell_(cell), watch_(watch) {}
+  /// Keeps both references. `patience`: wall time without progress before it gives up.
+  SampleTime(CellConnection& cell, RunWatch& watch, std::chrono::seconds patience)
+      : cell_(cell), watch_(watch), patience_(patience) {}
 
-  /// The cell at the next sample; none when the controller does nothing more, or the user has had
-  /// enough. Failure: nothing happens for long, or the controller does not end after the run.
+  /// The cell at the next sample; absent when the controller has finished or the user
+  /// interrupted. Failure: no progress for `patience`, or a controller that does not end after the
+  /// run.
   [[nodiscard]] Outcome<std::optional<v1::Snapshot>> pass(bool over);
 
-  /// Lets the CRCL connections of a controller that is gone end, each at the time of its last poll.
-  /// Time then stands until another controller is there. A camera's feed notices at its next frame.
+  /// Closes the CRCL connections of a dead controller, each at the time of its last poll. Time
+  /// does not advance until another controller connects. A camera's feed notices at its next
+  /// frame.
   [[nodiscard]] Outcome<void> pass_until_alone(std::uint64_t now,
                                                const std::vector<std::string>& roles);
 
  private:
-  /// Requests the steps of a sample, if none are requested: the cell after them, when they have
-  /// passed in time.
+  /// Requests the steps of a sample unless some are pending, and returns the cell after them;
+  /// absent on timeout.
   [[nodiscard]] Outcome<std::optional<v1::Snapshot>> request(std::uint64_t now,
                                                              std::chrono::milliseconds patience);
-  /// The cell as it is, and whether it has got to the step that was requested.
+  /// The failure of a time that does not advance, with the clients that it waits for.
+  [[nodiscard]] Failure standstill();
+  /// The present cell, and whether it has reached the requested step.
   [[nodiscard]] Outcome<v1::Snapshot> read();
-  /// Time stands until it is requested: the last request was given up before the cell heard of it.
+  /// Whether time waits for a request, because the last one was cancelled before it arrived.
   [[nodiscard]] Outcome<v1::Snapshot> request_again(v1::Snapshot now);
 
   CellConnection& cell_;
   RunWatch& watch_;
-  /// When the controller of a run that is over is to have ended.
+  const std::chrono::seconds patience_;
+  /// Deadline for the controller of a finished run to end.
   std::optional<std::chrono::steady_clock::time_point> home_by_;
-  std::optional<std::uint64_t> goal_;  ///< step that has been requested and not been reached
+  std::optional<std::uint64_t> goal_;  ///< requested step that is not reached yet
 };
 
 }  // namespace aprsim::client

@@ -66,12 +66,12 @@ Sample sample_of(const v1::Snapshot& snapshot, const v1::CellDescription& cell) 
   for (const auto& body : snapshot.bodies()) {
     out.bodies.push_back({isometry(body.body_in_world()), body.resting(), body.has_lost_step()});
   }
-  for (const auto& touch : snapshot.robot_touches()) {
+  for (const auto& touch : snapshot.unintended_contacts()) {
     const auto &first = touch.first(), &second = touch.second();
     out.touches.push_back({name_of(first, snapshot, cell) + " | " + name_of(second, snapshot, cell),
                            second.thing_case() == v1::ContactSide::kRobot,
                            static_cast<double>(touch.begin_step()) * step_s,
-                           static_cast<double>(touch.last_step()) * step_s, touch.greatest_n()});
+                           static_cast<double>(touch.last_step()) * step_s, touch.max_force_n()});
   }
   for (const auto& fault : snapshot.injected_faults()) {
     FaultSample one{.id = fault.id(), .kind = fault.kind(), .target = fault.target()};

@@ -10,8 +10,8 @@ namespace aprsim::client {
 
 /// Fields of a snapshot that a run reads.
 inline constexpr std::array kSampledFields = {
-    "epoch",  "step",          "sim_time",        "world_fault",   "robots", "conveyor",
-    "bodies", "light_curtain", "injected_faults", "robot_touches", "tools",
+    "epoch",  "step",          "sim_time",        "world_fault",         "robots", "conveyor",
+    "bodies", "light_curtain", "injected_faults", "unintended_contacts", "tools",
 };
 
 [[nodiscard]] CellShape shape_of(const v1::CellDescription& cell);

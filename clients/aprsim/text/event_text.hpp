@@ -11,7 +11,7 @@ namespace aprsim::client {
 /// The kinds of events as words: "grasped", "contact-begun", ...
 [[nodiscard]] std::vector<std::string> event_kind_words();
 [[nodiscard]] std::string event_kind_word(v1::CellEventKind kind);
-/// Nothing when it is none of them.
+/// The kind of a word; absent for an unknown word.
 [[nodiscard]] std::optional<v1::CellEventKind> event_kind(const std::string& word);
 
 /// One line, without its end.

@@ -14,7 +14,7 @@ google::protobuf::Duration span_of(double span_s) {
   return span;
 }
 
-/// Writes what a fault waits for.
+/// Writes the trigger of a fault.
 struct TriggerWriter {
   v1::InjectFaultRequest& request;
 

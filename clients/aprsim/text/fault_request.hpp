@@ -9,7 +9,7 @@
 
 namespace aprsim::client {
 
-/// A fault to inject, as the words of a command line give it.
+/// A fault to inject, from a command line.
 struct FaultInjectCommand {
   std::string kind;
   std::string target;                        ///< as the kind says; empty = none

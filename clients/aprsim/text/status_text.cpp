@@ -86,9 +86,9 @@ std::string joined(const google::protobuf::RepeatedPtrField<std::string>& names)
 std::string virtual_time_text(const v1::VirtualTime& time, const Paint& paint) {
   std::string out = "  virtual  ";
   if (!time.paced()) {
-    out += paint(Tone::kWarning, "nobody paces: it goes by the wall clock");
+    out += paint(Tone::kWarning, "no client advances it: it follows the wall clock");
   } else if (time.awaited_size() > 0) {
-    out += paint(Tone::kWarning, "stands, waits for " + joined(time.awaited()));
+    out += paint(Tone::kWarning, "waits for " + joined(time.awaited()));
   } else {
     out += time.pacers_size() > 0 ? "paced by " + joined(time.pacers()) : "stands";
   }

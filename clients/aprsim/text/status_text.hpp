@@ -9,14 +9,14 @@ namespace aprsim::client {
 
 [[nodiscard]] double seconds(const google::protobuf::Duration& span);
 
-/// A few lines that say how the cell is: time, health, each robot, the belt, the bodies.
+/// The state of the cell in several lines: time, health, robots, belt, bodies.
 [[nodiscard]] std::string status_text(const v1::Snapshot& snapshot, const Paint& paint);
 /// One line for each gear and tray.
 [[nodiscard]] std::string bodies_text(const v1::Snapshot& snapshot);
 /// One line for one sample of a stream.
 [[nodiscard]] std::string watch_line(const v1::Snapshot& snapshot, std::uint64_t dropped,
                                      const Paint& paint);
-/// Says how many samples of a stream were lost; empty when none was.
+/// Number of lost samples of a stream, in words; empty for none.
 [[nodiscard]] std::string dropped_text(std::uint64_t dropped);
 
 }  // namespace aprsim::client

@@ -5,8 +5,8 @@
 namespace aprsim::trace {
 namespace {
 
-/// What of the cell's events tells how a run went; contacts and simplification come and go with the
-/// last bits of a pose.
+/// Events that characterise a run. Contacts and simplification depend on the last bits of a pose
+/// and are left out.
 const std::set<v1::CellEventKind> kTelling = {
     v1::CELL_EVENT_KIND_GRASPED,       v1::CELL_EVENT_KIND_RELEASED,
     v1::CELL_EVENT_KIND_LOST,          v1::CELL_EVENT_KIND_PROTECTIVE_STOP,
@@ -41,7 +41,7 @@ std::map<std::string, WireActions> actions_of(const Trace& trace) {
     add_pauses(wire.actions);
     out.emplace(name, std::move(wire));
   }
-  // What happened to one robot is in its own order; between robots timing decides.
+  // Events of one robot keep their order; between robots timing decides.
   for (const EventRecord& record : trace.events) {
     const v1::CellEvent& event = record.event;
     if (!kTelling.contains(event.kind())) continue;

@@ -46,9 +46,9 @@ class Band {
             step = how;
           }
         };
-        // Of equal ways the one that leaves out late: of two that are the same the second is new.
+        // Among equal paths prefer late gaps: of two equal elements the second counts as new.
         if (k > 0 && j > 0) offer(row[k - 1] + kGapCost, Step::kOnlyB);
-        // One row up the band has moved by one column.
+        // The band moves by one column per row.
         if (i > 0) offer(above[k + 1] + kGapCost, Step::kOnlyA);
         if (i > 0 && j > 0) offer(above[k] + cost(i - 1, j - 1), Step::kPair);
         row[k] = best;
@@ -98,7 +98,7 @@ std::vector<AlignedPair> align(std::size_t size_a, std::size_t size_b, const Cos
   for (std::size_t half = 32;; half *= 4) {
     Band band(size_a, size_b, std::min(half, widest));
     const unsigned total = band.fill(cost);
-    // Whatever leaves the band has more gaps than that.
+    // Any path that leaves the band has more gaps than that.
     const bool is_best = half >= widest || total <= kGapCost * half;
     if (is_best || Band(size_a, size_b, std::min(half * 4, widest)).cells() > kMostCells) {
       return band.path();

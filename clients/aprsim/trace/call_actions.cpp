@@ -16,14 +16,14 @@ namespace pb = google::protobuf;
 
 void add_fields(const std::string& prefix, const pb::Message& message, std::vector<Field>& out);
 
-/// Bytes that nobody reads, such as a state's: others have another checksum.
+/// Bytes without readable fields, such as a state, are compared by checksum.
 std::string in_short(const std::string& bytes) {
   const auto sum =
       ::crc32(0, reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(bytes.size()));
   return fmt::format("{} bytes, CRC-32 {:08x}", bytes.size(), sum);
 }
 
-/// One value of a field; `index` of a repeated one, else -1.
+/// One value of a field; `index` within a repeated field, else -1.
 void add_value(const std::string& name, const pb::Message& message,
                const pb::FieldDescriptor& field, int index, std::vector<Field>& out) {
   const pb::Reflection& at = *message.GetReflection();
@@ -72,7 +72,7 @@ void add_fields(const std::string& prefix, const pb::Message& message, std::vect
   }
 }
 
-/// Type of what a method is called with; null = it is none that this program knows.
+/// Request type of a method; null = unknown method.
 const pb::Descriptor* request_type(const v1::JournalWire& wire) {
   if (wire.kind() == v1::WIRE_KIND_WEB) return v1::ViewerRequest::descriptor();
   // "/aprsim.v1.ControlService/Pause"
@@ -82,7 +82,7 @@ const pb::Descriptor* request_type(const v1::JournalWire& wire) {
   return method == nullptr ? nullptr : method->input_type();
 }
 
-/// What a page wants: the name of its request's part.
+/// The kind of a page's request.
 std::string page_request(const v1::JournalWire& wire) {
   v1::ViewerRequest request;
   if (!request.ParseFromString(wire.data())) return "unreadable";
@@ -127,8 +127,7 @@ WireActions call_actions(const Records& records) {
   for (const WireRecord* record : records) {
     if (record->wire.content() != v1::WIRE_CONTENT_RECEIVED) continue;
     Action action = call_action(*record);
-    // Who steps a cell by hand asks as often as he likes; what a page wants to see commands
-    // nothing.
+    // The number of manual steps is arbitrary, and a page's subscriptions command nothing.
     if (action.kind == "Step" || action.kind == "page's step" || action.kind == "page's watch" ||
         action.kind == "page's authenticate") {
       ++out.polls;

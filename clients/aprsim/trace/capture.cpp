@@ -1,8 +1,9 @@
 #include "clients/aprsim/trace/capture.hpp"
 
-#include <cerrno>
+#include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -15,6 +16,8 @@
 #include "clients/aprsim/trace/stream_framer.hpp"
 #include "proto/journal/frames.hpp"
 #include "proto/journal/journal_reader.hpp"
+#include "world/base/files/draft_file.hpp"
+#include "world/base/utf8.hpp"
 
 namespace aprsim::trace {
 namespace {
@@ -28,33 +31,27 @@ v1::WireKind wire_kind(const std::string& listener) {
   return listener == "modbus" ? v1::WIRE_KIND_MODBUS : v1::WIRE_KIND_VISION;
 }
 
-/// Writes the records of one journal file.
+/// Writes the records of one journal file, which is in its place once all are written.
 class JournalWriter {
  public:
-  explicit JournalWriter(const std::string& file)
-      : file_(file), out_(file, std::ios::binary | std::ios::trunc) {
-    out_ << aprsim::journal::kMagic;
+  explicit JournalWriter(const std::string& file) : file_(file) {
+    file_.out() << aprsim::journal::kMagic;
   }
   void add(const v1::JournalRecord& record) {
     encoder_.add(record);
-    if (encoder_.pending() >= aprsim::journal::kFrameBytes) out_ << encoder_.take();
+    if (encoder_.pending() >= aprsim::journal::kFrameBytes) file_.out() << encoder_.take();
   }
   Result<void> finish() {
-    errno = 0;
-    out_ << encoder_.take();
-    if (out_.flush()) return {};
-    return fail(ErrorCode::kUnavailable, "journal",
-                fmt::format("{} cannot be written{}{}", file_, errno != 0 ? ": " : "",
-                            errno != 0 ? std::strerror(errno) : ""));
+    file_.out() << encoder_.take();
+    return file_.commit();
   }
 
  private:
-  std::string file_;
-  std::ofstream out_;
+  files::DraftFile file_;
   aprsim::journal::FrameEncoder encoder_;
 };
 
-/// Turns the packets of one capture into records.
+/// Converts the packets of one capture to records.
 class Importer {
  public:
   Importer(JournalWriter& out, const ListenerPorts& ports)
@@ -72,10 +69,11 @@ class Importer {
     const std::int64_t now_ns = header.ts.tv_sec * std::int64_t{1'000'000'000} +
                                 header.ts.tv_usec;  // nanoseconds, see open
     if (imported_.packets++ == 0) start_ns_ = now_ns;
-    // Clocks are set back; the order of the packets stays.
+    // A clock that was set back does not change the order of the packets.
     now_ns_ = std::max(now_ns_, now_ns - start_ns_);
     const Packet packet = read_packet(link, {bytes, header.caplen}, header.len);
     if (packet.kind == PacketKind::kFragment) ++fragments_;
+    if (packet.kind == PacketKind::kSkipped) ++skipped_[packet.skipped];
     if (packet.kind != PacketKind::kTcp) return;
     if (packet.segment.cut) ++cut_;
     streams_.take(packet.segment);
@@ -83,12 +81,21 @@ class Importer {
 
   Imported finish() {
     streams_.end();
-    const auto note = [this](std::uint64_t count, const char* what) {
-      if (count > 0) imported_.notes.push_back(fmt::format("{} {}", count, what));
+    const auto note = [this](std::uint64_t count, const char* one, const char* many) {
+      if (count > 0)
+        imported_.notes.push_back(fmt::format("{} {}", count, count == 1 ? one : many));
     };
-    note(fragments_, "fragments of IP packets were left out");
-    note(cut_, "packets were captured in part only (see tcpdump's -s)");
-    note(streams_.holes(), "times bytes of a connection are missing");
+    for (const auto& [what, count] : skipped_) {
+      imported_.skipped += count;
+      imported_.notes.push_back(fmt::format("{} of {} {} not read", count_text(count), what,
+                                            count == 1 ? "was" : "were"));
+    }
+    note(fragments_, "fragment of an IP packet was left out",
+         "fragments of IP packets were left out");
+    note(cut_, "packet was captured in part only (see tcpdump's -s)",
+         "packets were captured in part only (see tcpdump's -s)");
+    note(streams_.holes(), "gap in the captured bytes of a connection",
+         "gaps in the captured bytes of a connection");
     for (const std::string& why : broken_) imported_.notes.push_back(why);
     imported_.connections = streams_.connections();
     imported_.duration_s = 1e-9 * static_cast<double>(now_ns_);
@@ -96,6 +103,10 @@ class Importer {
   }
 
  private:
+  static std::string count_text(std::uint64_t count) {
+    return fmt::format("{} packet{}", count, count == 1 ? "" : "s");
+  }
+
   struct Connection {
     std::string listener, peer;
     StreamFramer from_client, to_client;
@@ -164,6 +175,7 @@ class Importer {
   std::map<std::uint64_t, Connection> connections_;
   std::int64_t start_ns_ = 0, now_ns_ = 0;
   std::uint64_t fragments_ = 0, cut_ = 0;
+  std::map<std::string, std::uint64_t> skipped_;  ///< by kind of encapsulation
   std::vector<std::string> broken_;
   Imported imported_;
 };
@@ -172,7 +184,8 @@ v1::JournalRecord header_record(const std::string& capture, const ListenerPorts&
   v1::JournalRecord record;
   v1::JournalHeader& header = *record.mutable_header();
   header.set_format(aprsim::journal::kFormat);
-  header.set_run_id("capture " + std::filesystem::path(capture).filename().string());
+  // File names are bytes, and the field is UTF-8.
+  header.set_run_id("capture " + utf8::valid(std::filesystem::path(capture).filename().string()));
   header.set_part(1);
   std::uint32_t number = 0;
   for (const auto& [port, name] : ports) {
@@ -191,21 +204,53 @@ ListenerPorts usual_ports() {
 }
 
 bool is_listener_name(const std::string& name) {
-  return name == "modbus" || (name.starts_with("crcl.") && name.size() > 5) ||
-         (name.starts_with("vision.") && name.size() > 7);
+  const auto allowed = [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.';
+  };
+  return name == "modbus" || (((name.starts_with("crcl.") && name.size() > 5) ||
+                               (name.starts_with("vision.") && name.size() > 7)) &&
+                              std::ranges::all_of(name, allowed));
 }
+
+namespace {
+
+/// The program that unpacks a file, by its first bytes; empty = it is not packed.
+std::string unpacker_of(const std::string& file) {
+  std::array<char, 6> begin{};
+  std::ifstream(file, std::ios::binary).read(begin.data(), begin.size());
+  const std::string_view bytes(begin.data(), begin.size());
+  using Packed = std::pair<std::string_view, const char*>;
+  constexpr std::array kPacked = {
+      Packed("\x1f\x8b", "gunzip"),  Packed("\x28\xb5\x2f\xfd", "unzstd"),
+      Packed("\xfd\x37zXZ", "unxz"), Packed("BZh", "bunzip2"),
+      Packed("PK\x03\x04", "unzip"), Packed("\x04\x22\x4d\x18", "unlz4")};
+  for (const auto& [magic, program] : kPacked) {
+    if (bytes.starts_with(magic)) return program;
+  }
+  return {};
+}
+
+Error not_a_capture(const std::string& capture, const std::string& why) {
+  // libpcap names the file in some of its messages.
+  std::string message = why.find(capture) != std::string::npos ? why : capture + ": " + why;
+  if (const auto unpacker = unpacker_of(capture); !unpacker.empty()) {
+    message += fmt::format("; the file is compressed: unpack it with {} first", unpacker);
+  }
+  return {ErrorCode::kInvalidArgument, "capture", message};
+}
+
+}  // namespace
 
 Result<Imported> import_capture(const std::string& capture, const std::string& journal,
                                 const ListenerPorts& ports) {
+  const std::array inputs{capture}, outputs{journal};
+  if (auto apart = files::check_outputs(inputs, outputs); !apart) {
+    return tl::unexpected(apart.error());
+  }
   char error[PCAP_ERRBUF_SIZE] = {};
   const std::unique_ptr<pcap_t, CloseCapture> opened(
       pcap_open_offline_with_tstamp_precision(capture.c_str(), PCAP_TSTAMP_PRECISION_NANO, error));
-  if (!opened) {
-    // libpcap names the file in some of its messages.
-    const std::string why = error;
-    return fail(ErrorCode::kInvalidArgument, "capture",
-                why.find(capture) != std::string::npos ? why : capture + ": " + why);
-  }
+  if (!opened) return tl::unexpected(not_a_capture(capture, error));
   const int link = pcap_datalink(opened.get());
   if (!is_known_link(link)) {
     const char* name = pcap_datalink_val_to_name(link);

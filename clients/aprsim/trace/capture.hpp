@@ -13,22 +13,25 @@ namespace aprsim::trace {
 /// Listeners by their port: crcl.NAME, modbus or vision.NAME.
 using ListenerPorts = std::map<std::uint16_t, std::string>;
 
-/// What a laboratory's servers are reached at, unless told otherwise.
+/// The default ports of a laboratory's servers.
 [[nodiscard]] ListenerPorts usual_ports();
-/// Whether a listener can have this name.
+/// Whether a listener can have this name: "modbus", "crcl.NAME" or "vision.NAME", NAME of letters,
+/// digits, '_', '-' and '.'.
 [[nodiscard]] bool is_listener_name(const std::string& name);
 
 struct Imported {
   std::uint64_t packets = 0, connections = 0, records = 0;
+  std::uint64_t skipped = 0;  ///< packets in encapsulations that are not read
   std::map<std::string, std::uint64_t> by_listener;  ///< documents, units and lines
   double duration_s = 0;
-  std::vector<std::string> notes;  ///< what is missing or could not be read, a sentence each
+  std::vector<std::string> notes;  ///< missing and unreadable parts, a sentence each
 };
 
-/// Makes a journal of what a capture (pcap or pcapng) has of these listeners: its wires, at the
-/// times of their packets since the first one. It has no scene and no commands, so nothing can be
-/// run again from it. A capture that ends early is taken as far as it goes. Errors:
-/// kInvalidArgument (no capture, or of a kind of link that is not known), kUnavailable (files).
+/// Converts a capture (pcap or pcapng) to a journal: the wires of these listeners, at the times of
+/// their packets since the first one. The journal has no scene and no commands, so it cannot be
+/// replayed. A capture that ends early is read up to its end. The journal is in its place when it
+/// is complete; a failure leaves an older file there as it was. Errors: kInvalidArgument (no
+/// capture, an unknown link type, or the journal is the capture itself), kUnavailable (files).
 [[nodiscard]] Result<Imported> import_capture(const std::string& capture,
                                               const std::string& journal,
                                               const ListenerPorts& ports);

@@ -13,17 +13,17 @@
 namespace aprsim::trace {
 namespace {
 
-constexpr double kNotATolerance = 1e7;  // what no tolerance could allow
-constexpr std::size_t kNearBy = 40;     // commands from where one is looked for that has moved
-constexpr double kMoved_mm = 200;       // a thing seen farther away is another one
+constexpr double kNotATolerance = 1e7;  // difference beyond any tolerance
+constexpr std::size_t kNearBy = 40;     // search range for a moved command
+constexpr double kMoved_mm = 200;       // an object seen farther away is another one
 constexpr unsigned kLeastChange = 4, kWorstChange = 9;  // costs, beside kGapCost
 
-/// Of a run, in its own time.
+/// A time span in a run's own time.
 struct Span {
   double start_s = 0, end_s = 0;
 };
 
-/// What one action is called on its wire.
+/// Noun for an action of this wire.
 const char* noun_of(v1::WireKind kind) {
   switch (kind) {
     case v1::WIRE_KIND_MODBUS:
@@ -43,7 +43,7 @@ std::string who_of(const WireActions& wire) {
   return wire.name.starts_with("crcl.") ? wire.name.substr(5) : wire.name;
 }
 
-/// The worst difference of the fields of two actions of one kind; nothing = the same.
+/// The worst difference of the fields of two actions of one kind; absent = equal.
 std::optional<double> fields_differ(const Action& a, const Action& b, const Tolerance& tolerance) {
   double worst = a.fields.size() == b.fields.size() ? 0 : kNotATolerance;
   for (std::size_t i = 0; i < std::min(a.fields.size(), b.fields.size()); ++i) {
@@ -60,7 +60,7 @@ bool are_same(const Action& a, const Action& b, const Tolerance& tolerance) {
   return a.kind == b.kind && !fields_differ(a, b, tolerance);
 }
 
-/// Fields by name: those of both, and those that only one has.
+/// Pairs fields by name; a field may be in one action only.
 void for_each_field(const std::vector<Field>& a, const std::vector<Field>& b, const auto& take) {
   std::set<std::string> names;
   const auto find = [](const std::vector<Field>& fields, const std::string& name) -> const Value* {
@@ -76,7 +76,7 @@ void for_each_field(const std::vector<Field>& a, const std::vector<Field>& b, co
   }
 }
 
-/// Compares what two runs did on one wire.
+/// Compares the actions of two runs on one wire.
 class WireComparison {
  public:
   WireComparison(const WireActions& a, const WireActions& b, const Span& span_a, const Span& span_b,
@@ -106,20 +106,20 @@ class WireComparison {
     if (a.kind != b.kind) return kNeverPaired;
     const auto worst = fields_differ(a, b, tolerance_);
     if (!worst) return 0;
-    // The more they differ the rather they are two commands than one.
+    // The more they differ, the likelier they are two commands.
     const double share = std::min(std::log10(1 + *worst) / 4, 1.0);
     return kLeastChange + static_cast<unsigned>(share * (kWorstChange - kLeastChange));
   }
 
-  // ---- What is at another place.
+  // ---- Moved commands.
 
   [[nodiscard]] bool is_same(std::size_t i, std::size_t j) const {
     return are_same(a_.actions[i], b_.actions[j], tolerance_);
   }
 
-  /// Marks pairs whose commands are those of another pair.
+  /// Finds pairs whose commands were swapped with another pair.
   void find_orders() {
-    std::vector<std::size_t> odd;  // places that do not hold the same twice
+    std::vector<std::size_t> odd;  // positions with different commands
     for (std::size_t at = 0; at < pairs_.size(); ++at) {
       const AlignedPair& pair = pairs_[at];
       if (!pair.a || !pair.b || !is_same(*pair.a, *pair.b)) odd.push_back(at);
@@ -151,7 +151,7 @@ class WireComparison {
     told_.insert(second);
   }
 
-  // ---- One place.
+  // ---- One pair.
 
   void compare_pair(std::size_t at) {
     if (told_.contains(at)) return;
@@ -163,8 +163,7 @@ class WireComparison {
     if (!pair.a) {
       const Action& action = b_.actions[*pair.b];
       const bool again = *pair.b > 0 && are_same(b_.actions[*pair.b - 1], action, tolerance_);
-      add(DeviationKind::kExtra, pair).text +=
-          (again ? "is there once more" : "is new") + content(action);
+      add(DeviationKind::kExtra, pair).text += (again ? "is repeated" : "is new") + content(action);
       return;
     }
     ++summary_.pairs;
@@ -178,7 +177,7 @@ class WireComparison {
       out.text +=
           fmt::format("ends with {}{}, was {}{}", b.outcome, in_words(b), a.outcome, in_words(a));
     }
-    // Of what was asked for otherwise nothing else is expected.
+    // A different request may have a different result.
     if (out_.size() != before) return;
     Tolerance ends = tolerance_;
     ends.position_mm = tolerance_.end_mm;
@@ -194,7 +193,7 @@ class WireComparison {
                       const char* prefix) {
     for_each_field(a, b, [&](const std::string& name, const Value* x, const Value* y) {
       if (x == nullptr || y == nullptr) {
-        // A status says no less because its reports were configured otherwise.
+        // Different report settings do not count as a difference.
         if (kind == DeviationKind::kResult) return;
         Deviation& out = add(kind, pair);
         out.field = name;
@@ -233,7 +232,7 @@ class WireComparison {
                             kind == DeviationKind::kPause ? ", after what was before" : "");
   }
 
-  // ---- What has no place in the order.
+  // ---- Differences without a position.
 
   void compare_reads() {
     std::map<std::string, std::pair<std::size_t, std::size_t>> reads;
@@ -250,7 +249,7 @@ class WireComparison {
   }
 
   void compare_seen() {
-    // Each thing with the nearest of its name; the rest is missing, or new.
+    // Pair each object with the nearest of its name; the rest is missing or new.
     std::vector<const Seen*> left;
     for (const Seen& seen : b_.seen) left.push_back(&seen);
     for (const Seen& seen : a_.seen) {
@@ -277,7 +276,7 @@ class WireComparison {
       out.difference = Difference{1e-3 * distance_mm, 1e-3 * tolerance_.seen_mm};
       out.weight = out.difference->weight();
     }
-    // A gear has no direction, and a tray may be taken for half a turn.
+    // A gear has no direction, and a tray looks the same after half a turn.
     if (a.type != "KT" && a.type != "PT") return;
     const double turn = std::abs(std::remainder(b.rotation_rad - a.rotation_rad, std::numbers::pi));
     const double limit = tolerance_.seen_deg * std::numbers::pi / 180;
@@ -296,7 +295,7 @@ class WireComparison {
     return out;
   }
 
-  // ---- Words.
+  // ---- Texts.
 
   [[nodiscard]] const char* noun() const {
     return noun_of(a_.kind == v1::WIRE_KIND_UNSPECIFIED ? b_.kind : a_.kind);
@@ -306,7 +305,7 @@ class WireComparison {
     return action.words.empty() ? "" : " (" + action.words + ")";
   }
 
-  /// Its fields, where they are few.
+  /// The fields of an action, if they are few.
   static std::string content(const Action& action) {
     std::string out;
     for (const Field& field : action.fields) {
@@ -319,7 +318,7 @@ class WireComparison {
     return out.empty() ? "" : out + ")";
   }
 
-  /// With who, which and what in its text; of what has no place in the order, at the end.
+  /// Adds a deviation with its text. Deviations without a position come last.
   Deviation& add(DeviationKind kind, const AlignedPair& pair) {
     Deviation out{.kind = kind, .wire = summary_.name, .weight = kNotATolerance};
     const WireActions& wire = a_.name.empty() ? b_ : a_;
@@ -370,7 +369,7 @@ Span span_of(const Wires& wires) {
   return span.value_or(Span{});
 }
 
-/// Whether a capture of a laboratory has such a wire, too.
+/// Whether a network capture can contain such a wire.
 bool is_essential(const WireActions& wire) {
   return wire.kind == v1::WIRE_KIND_CRCL || wire.kind == v1::WIRE_KIND_MODBUS;
 }
@@ -379,14 +378,14 @@ bool has_any(const Wires& wires, v1::WireKind kind) {
   return std::ranges::any_of(wires, [&](const auto& one) { return one.second.kind == kind; });
 }
 
-/// One run has nothing of a wire: a deviation, or, where its recording has none of the kind, a
-/// note.
+/// Reports a listener without traffic in one run: a deviation, or a note if the recording has
+/// none of its kind.
 void note_lonely(const WireActions& wire, bool in_a, const Wires& others, double start,
                  Comparison& out) {
   if (wire.actions.empty() && wire.seen.empty()) return;
-  const std::string what =
-      fmt::format("{} has nothing of {} ({} has {} {}s)", in_a ? "B" : "A", wire.name,
-                  in_a ? "A" : "B", wire.actions.size(), noun_of(wire.kind));
+  const std::string what = fmt::format("{} has no traffic on {} ({} has {} {}{})", in_a ? "B" : "A",
+                                       wire.name, in_a ? "A" : "B", wire.actions.size(),
+                                       noun_of(wire.kind), wire.actions.size() == 1 ? "" : "s");
   if (!is_essential(wire) && !has_any(others, wire.kind)) {
     out.notes.push_back(what + "; not compared");
     return;

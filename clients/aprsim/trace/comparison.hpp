@@ -7,22 +7,22 @@
 
 #include "clients/aprsim/trace/action.hpp"
 
-/// Two runs of a controller, side by side.
+/// Comparison of two runs of a controller.
 namespace aprsim::trace {
 
-/// In which way a run is not as the other one.
+/// Kinds of differences between two runs.
 enum class DeviationKind {
-  kMissing,   ///< what A did B did not
-  kExtra,     ///< what B did A did not
-  kOrder,     ///< both did it, at another place
-  kValue,     ///< the same command with another value
-  kOutcome,   ///< it ended otherwise
-  kResult,    ///< it ended well, elsewhere
-  kDuration,  ///< it took longer or shorter
-  kPause,     ///< it came later or earlier after what was before
-  kRead,      ///< only one of both asked for it
-  kSeen,      ///< a camera sees something else in the end
-  kWire,      ///< one of both has nothing of a wire
+  kMissing,   ///< only in A
+  kExtra,     ///< only in B
+  kOrder,     ///< in both, at different positions
+  kValue,     ///< same command, different value
+  kOutcome,   ///< different outcome
+  kResult,    ///< success with a different result
+  kDuration,  ///< different duration
+  kPause,     ///< different pause since the previous action
+  kRead,      ///< register read in one run only
+  kSeen,      ///< different final scene in a camera
+  kWire,      ///< a listener without traffic in one run
 };
 [[nodiscard]] const char* word_of(DeviationKind kind);
 
@@ -36,14 +36,14 @@ struct Deviation {
   std::string field;                              ///< of the command
   std::string a, b;                               ///< the field's values, in words
   std::optional<Difference> difference;           ///< of numbers
-  double weight = 0;                              ///< how bad it is, in times the tolerance
-  std::string text;                               ///< all of it in words
+  double weight = 0;                              ///< severity as a multiple of the tolerance
+  std::string text;                               ///< full description
 };
 
 struct WireSummary {
   std::string name;
   std::size_t actions_a = 0, actions_b = 0;
-  std::size_t pairs = 0;  ///< that were compared
+  std::size_t pairs = 0;  ///< compared actions
   std::size_t polls_a = 0, polls_b = 0;
   std::size_t deviations = 0;
 };
@@ -51,10 +51,10 @@ struct WireSummary {
 struct Comparison {
   std::vector<Deviation> deviations;  ///< in the order of time
   std::vector<WireSummary> wires;
-  std::vector<std::string> notes;  ///< what was not compared, and what is missing
+  std::vector<std::string> notes;  ///< parts that were not compared or are missing
 
   [[nodiscard]] bool same() const { return deviations.empty(); }
-  /// The worst ones, at most so many, worst first.
+  /// The `most` worst deviations, worst first.
   [[nodiscard]] std::vector<const Deviation*> worst(std::size_t count) const;
 };
 

@@ -9,9 +9,9 @@
 
 namespace aprsim::trace {
 
-/// For a terminal: the first deviation, the worst ones, at most `most`, and the wires.
+/// Text for a terminal: the first deviation, the `most` worst ones, and the wires.
 [[nodiscard]] std::string report_text(const Comparison& comparison, std::size_t most);
-/// All of it.
+/// The whole comparison.
 [[nodiscard]] nlohmann::ordered_json report_json(const Comparison& comparison, const Trace& a,
                                                  const Trace& b, const Tolerance& tolerance);
 

@@ -13,21 +13,21 @@
 namespace aprsim::trace {
 namespace {
 
-/// A command whose end has not been seen yet.
+/// A command without an observed end.
 struct Waiting {
   std::size_t action = 0;  ///< its place among the actions
   bool seen_by_chance = false;
   bool is_new = true;
 };
 
-/// What is known of one connection.
+/// State of one connection.
 struct Connection {
   crcl::Units units;
   std::map<std::int64_t, Waiting> waiting;  ///< by the id that was sent last
 };
 
-/// Statuses tell of the latest command only. The end of what takes no time, or of a part of a
-/// program, is seen where a poll comes before the next one begins.
+/// A status reports the latest command only. The end of a command without duration, or of a part
+/// of a program, is seen only if a poll comes before the next one begins.
 bool is_seen_by_chance(const crcl::CommandBody& body, bool in_program) {
   return in_program || !(std::holds_alternative<crcl::MoveTo>(body) ||
                          std::holds_alternative<crcl::MoveThroughTo>(body) ||
@@ -36,7 +36,7 @@ bool is_seen_by_chance(const crcl::CommandBody& body, bool in_program) {
                          std::holds_alternative<crcl::Dwell>(body));
 }
 
-/// Goes through what one robot was sent and answered.
+/// Processes the commands and statuses of one robot.
 class CrclReader {
  public:
   void take(const WireRecord& record) {
@@ -83,7 +83,7 @@ class CrclReader {
   void add(const WireRecord& record, Connection& connection, const crcl::Command& command,
            bool in_program) {
     Waiting& waiting = connection.waiting[command.id];
-    // Whose end nobody can tell from now on: another command has its id.
+    // Its end cannot be observed: another command reuses its id.
     if (!waiting.is_new) out_.actions[waiting.action].outcome = "no end";
     waiting = {out_.actions.size(), is_seen_by_chance(command.body, in_program), false};
     out_.actions.push_back({.kind = (in_program ? "program's " : "") + kind_of(command.body),
@@ -108,7 +108,7 @@ class CrclReader {
 
   void status(const WireRecord& record, Connection& connection) {
     const std::string& data = record.wire.data();
-    // Most of them tell of a command that is under way.
+    // Most statuses report a command in progress.
     if (connection.waiting.empty() || (data.find("CRCL_Done") == std::string::npos &&
                                        data.find("CRCL_Error") == std::string::npos)) {
       return;
@@ -127,7 +127,7 @@ class CrclReader {
     action.outcome = done ? "done" : "an error";
     action.duration_s = record.time_s - action.time_s;
     action.words = status->command.description.value_or("");
-    // Where an error stops a robot is chance.
+    // The position at which an error stops a robot is random.
     if (done) action.results = results_of(*status, connection.units);
   }
 

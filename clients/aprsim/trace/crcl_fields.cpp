@@ -11,7 +11,7 @@
 namespace aprsim::trace {
 namespace {
 
-/// Gathers the fields of one command; overloads for what is more than words.
+/// Collects the fields of one command.
 class FieldsOfBody {
  public:
   explicit FieldsOfBody(const crcl::Units& units) : units_(units) {}
@@ -70,7 +70,7 @@ class FieldsOfBody {
   void operator()(const crcl::GetStatus& /*none*/) {}
   void operator()(const crcl::OpenToolChanger& /*none*/) {}
   void operator()(const crcl::CloseToolChanger& /*none*/) {}
-  /// What consists of names and flags: as its document says it.
+  /// Adds names and flags as in the document.
   template <typename Command>
   void operator()(const Command& command) {
     crcl::CommandInstance instance;
@@ -119,7 +119,7 @@ class FieldsOfBody {
   void angle(std::string name, double value) {
     add(std::move(name), Quantity::kAngle, crcl::to_si(value, units_.angle));
   }
-  /// Of joints, in the angle's unit.
+  /// Adds joint values in the unit of angles.
   void rate(std::string name, Quantity quantity, double value) {
     add(std::move(name), quantity, crcl::to_si(value, units_.angle));
   }
@@ -142,7 +142,7 @@ class FieldsOfBody {
         return add(name, Quantity::kTurnAcceleration, crcl::to_si(rate.value, units_.angle));
     }
   }
-  /// Tolerances are of the size of what may differ elsewhere; they are told as they stand.
+  /// Adds tolerances as texts, since they are as small as allowed differences.
   void tolerance(const std::string& prefix, const crcl::PoseTolerance& tolerance) {
     for (const auto& [name, value, is_length] :
          {std::tuple("x tolerance", tolerance.x_point, true),

@@ -1,7 +1,4 @@
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 
 #include <fmt/format.h>
 #include <fmt/ostream.h>
@@ -9,6 +6,8 @@
 #include "clients/aprsim/trace/exports.hpp"
 #include "clients/aprsim/trace/listing.hpp"
 #include "clients/aprsim/trace/motion_reader.hpp"
+#include "proto/journal/journal_place.hpp"
+#include "world/base/files/draft_file.hpp"
 
 namespace aprsim::trace {
 namespace {
@@ -29,21 +28,20 @@ std::string quoted(const std::string& text) {
 class Table {
  public:
   Table(const std::string& directory, const std::string& name, const char* header)
-      : file_((fs::path(directory) / name).string()), out_(file_, std::ios::trunc) {
-    out_ << header << '\n';
+      : file_((fs::path(directory) / name).string()) {
+    file_.out() << header << '\n';
   }
   template <typename... Arguments>
   void row(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
-    fmt::print(out_, format, std::forward<Arguments>(arguments)...);
+    fmt::print(file_.out(), format, std::forward<Arguments>(arguments)...);
   }
   client::Outcome<void> finish() {
-    if (out_.flush()) return {};
-    return failed(FailureKind::kUsage, file_ + " cannot be written");
+    if (auto done = file_.commit(); !done) return failed(FailureKind::kUsage, done.error().message);
+    return {};
   }
 
  private:
-  std::string file_;
-  std::ofstream out_;
+  files::DraftFile file_;
 };
 
 struct MotionTables {
@@ -82,6 +80,24 @@ struct MotionTables {
 };
 
 }  // namespace
+
+std::vector<std::string> csv_files(const std::string& directory) {
+  std::vector<std::string> out;
+  for (const char* name : {"joints.csv", "bodies.csv", "belt.csv", "events.csv", "wires.csv"}) {
+    out.push_back((fs::path(directory) / name).string());
+  }
+  return out;
+}
+
+client::Outcome<void> check_exports(const std::string& place,
+                                    const std::vector<std::string>& outputs) {
+  const auto inputs = aprsim::journal::files_of_run(place);
+  if (!inputs) return failed(FailureKind::kUsage, inputs.error().message);
+  if (auto apart = files::check_outputs(*inputs, outputs); !apart) {
+    return failed(FailureKind::kUsage, apart.error().message);
+  }
+  return {};
+}
 
 client::Outcome<Exported> export_csv(const std::string& place, const std::string& motion,
                                      const std::string& directory) {

@@ -11,6 +11,8 @@
 #include "clients/aprsim/trace/listing.hpp"
 #include "clients/aprsim/trace/trace.hpp"
 #include "proto/journal/frames.hpp"
+#include "world/base/files/draft_file.hpp"
+#include "world/base/utf8.hpp"
 
 namespace aprsim::trace {
 namespace {
@@ -46,7 +48,7 @@ Result<std::string> messages_of(const std::string& motion, std::uint64_t& count)
   return out;
 }
 
-/// As gzip, which every browser unpacks.
+/// Compresses with gzip, which every browser unpacks.
 std::string gzip(const std::string& bytes) {
   z_stream stream{};
   constexpr int kGzip = 15 + 16, kMemory = 8;
@@ -56,7 +58,7 @@ std::string gzip(const std::string& bytes) {
   }
   std::string out;
   std::vector<unsigned char> piece(std::size_t{1} << 18);
-  // The interface is older than const.
+  // zlib's interface lacks const.
   stream.next_in = reinterpret_cast<unsigned char*>(const_cast<char*>(bytes.data()));
   std::size_t left = bytes.size();
   int state = Z_OK;
@@ -91,7 +93,7 @@ std::string base64(const std::string& bytes) {
   return out;
 }
 
-/// Nothing in it ends the element that it stands in.
+/// Escapes text that would end its script element.
 std::string inside_script(std::string text) {
   for (std::size_t at = 0; (at = text.find("</", at)) != std::string::npos; at += 3) {
     text.replace(at, 2, "<\\/");
@@ -102,7 +104,7 @@ std::string inside_script(std::string text) {
   return text;
 }
 
-/// In JSON "<" can always be written otherwise.
+/// Escapes "<" in JSON.
 std::string inside_json(const std::string& text) {
   std::string out;
   for (const char c : text) out += c == '<' ? std::string("\\u003c") : std::string(1, c);
@@ -156,11 +158,10 @@ client::Outcome<Exported> export_html(const std::string& place, const std::strin
   });
   if (!listed) return failed(FailureKind::kUsage, listed.error().message);
   std::vector<std::string> notes = *listed;
-  if (left_out > 0)
-    notes.push_back(fmt::format("{} more lines of the wires were left out", left_out));
+  if (left_out > 0) notes.push_back(fmt::format("{} more messages were left out", left_out));
   const v1::JournalHeader header = header_of_run(place);
   const std::string title =
-      fmt::format("{}: {}", header.scene(), fs::path(place).filename().string());
+      fmt::format("{}: {}", header.scene(), utf8::valid(fs::path(place).filename().string()));
   const Json about{
       {"title", title},
       {"facts", Json::array({Json::array({"Scene", header.scene()}),
@@ -170,20 +171,21 @@ client::Outcome<Exported> export_html(const std::string& place, const std::strin
                              Json::array({"Pictures", std::to_string(out.snapshots)})})},
       {"lines", lines},
       {"notes", notes}};
-  std::ofstream page(file, std::ios::binary | std::ios::trunc);
-  // Nothing outside of it is ever asked for.
-  page << "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-          "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src "
-          "'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; media-src blob:; "
-          "connect-src data: blob:\">\n"
-          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>"
-       << inside_text(title) << "</title>\n<style>\n"
-       << style << "\n</style>\n</head>\n<body>\n<div id=\"app\"></div>\n"
-       << "<script type=\"application/json\" id=\"about\">"
-       << inside_json(about.dump(-1, ' ', false, Json::error_handler_t::replace)) << "</script>\n"
-       << "<script type=\"text/plain\" id=\"motion\">" << base64(gzip(*messages)) << "</script>\n"
-       << "<script>" << inside_script(script) << "</script>\n</body>\n</html>\n";
-  if (!page.flush()) return failed(FailureKind::kUsage, file + " cannot be written");
+  files::DraftFile page(file);
+  // The page requests nothing from outside.
+  page.out()
+      << "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+         "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src "
+         "'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; media-src blob:; "
+         "connect-src data: blob:\">\n"
+         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>"
+      << inside_text(title) << "</title>\n<style>\n"
+      << style << "\n</style>\n</head>\n<body>\n<div id=\"app\"></div>\n"
+      << "<script type=\"application/json\" id=\"about\">"
+      << inside_json(about.dump(-1, ' ', false, Json::error_handler_t::replace)) << "</script>\n"
+      << "<script type=\"text/plain\" id=\"motion\">" << base64(gzip(*messages)) << "</script>\n"
+      << "<script>" << inside_script(script) << "</script>\n</body>\n</html>\n";
+  if (auto done = page.commit(); !done) return failed(FailureKind::kUsage, done.error().message);
   return out;
 }
 

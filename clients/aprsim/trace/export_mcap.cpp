@@ -19,7 +19,7 @@ using client::FailureKind;
 
 constexpr const char* kWorld = "world";
 
-// ---- Schemas. Those of Foxglove by their names and fields (docs.foxglove.dev/docs/sdk/schemas).
+// ---- Schemas: names and fields of Foxglove (docs.foxglove.dev/docs/sdk/schemas).
 
 Json object_schema(const std::vector<std::pair<std::string, Json>>& properties) {
   Json out{{"type", "object"}, {"properties", Json::object()}};
@@ -195,7 +195,7 @@ Json cylinder_json(double bottom, double top, double radius, const Json& color) 
           {"color", color}};
 }
 
-/// What there is: boxes and gears, each fixed to its frame.
+/// The entities of the scene: boxes and gears, each fixed to its frame.
 Json scene_json(const v1::MotionHeader& header, double time_s) {
   Json entities = Json::array();
   for (const auto& box : header.looks().fixed()) {
@@ -225,7 +225,7 @@ Json scene_json(const v1::MotionHeader& header, double time_s) {
     }
     entities.push_back(entity);
   }
-  // What another scene had goes.
+  // Removes the entities of the previous scene.
   constexpr int kAll = 1;
   const Json all = {{"timestamp", time_json(time_s)}, {"type", kAll}, {"id", ""}};
   return {{"deletions", Json::array({all})}, {"entities", entities}};
@@ -256,12 +256,12 @@ Json belt_json(double time_s, const v1::ConveyorState& belt) {
           {"run", belt.run()}};
 }
 
-/// Texts of a peer may be no UTF-8.
+/// Escapes bytes that are not UTF-8.
 std::string dumped(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-/// Gathers one file's messages.
+/// Collects the messages of one file.
 class Export {
  public:
   explicit Export(const std::string& file)
@@ -278,7 +278,7 @@ class Export {
     const auto read = read_motion(file, [&](double time_s, const v1::Snapshot& snapshot,
                                             const v1::MotionHeader* scene) {
       const std::uint64_t now = nanoseconds(time_s);
-      // A scene has to come before what moves in it.
+      // A scene precedes the motion in it.
       if (scene != nullptr) out_.add(scene_, now, dumped(scene_json(*scene, time_s)));
       out_.add(
           transforms_, now,

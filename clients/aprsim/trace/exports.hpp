@@ -2,31 +2,42 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "clients/wires/outcome.hpp"
 
-/// A run for other programs. `motion`: a motion file (trace/motion.hpp); empty = only wires and
-/// events.
+/// Exports of a run for other programs. `motion`: a motion file (trace/motion.hpp); empty = only
+/// wires and events. Each file is in its place when it is complete; a failed export leaves an older
+/// file as it was.
 namespace aprsim::trace {
 
-/// What was written.
+/// Numbers of the messages of an export.
 struct Exported {
   std::uint64_t snapshots = 0, wires = 0, events = 0, messages = 0;
 };
 
-/// joints.csv, bodies.csv, belt.csv, events.csv and wires.csv in a directory, which is made when it
-/// is not there: a header line, then a line a value of a moment; SI.
+/// The files that an export to CSV writes in a directory.
+[[nodiscard]] std::vector<std::string> csv_files(const std::string& directory);
+/// Checks that no file to be written is one of the run's journals, or written twice. Failure:
+/// kUsage.
+[[nodiscard]] client::Outcome<void> check_exports(const std::string& place,
+                                                  const std::vector<std::string>& outputs);
+
+/// Writes joints.csv, bodies.csv, belt.csv, events.csv and wires.csv into a directory, which is
+/// created where it is missing: a header line, then a line for each value at each time; SI units,
+/// UTF-8.
 [[nodiscard]] client::Outcome<Exported> export_csv(const std::string& place,
                                                    const std::string& motion,
                                                    const std::string& directory);
 
-/// One MCAP file (mcap.dev), of JSON messages: /tf (foxglove.FrameTransforms), /scene
+/// Writes one MCAP file (mcap.dev) of JSON messages: /tf (foxglove.FrameTransforms), /scene
 /// (foxglove.SceneUpdate), /log (foxglove.Log), /joints, /belt, /events and /wires.
 [[nodiscard]] client::Outcome<Exported> export_mcap(const std::string& place,
                                                     const std::string& motion,
                                                     const std::string& file);
 
-/// One page which shows the run without a daemon or a network. `web`: where the page's bundle is.
+/// Writes one HTML page that shows the run without a daemon or a network. `web`: the directory of
+/// the page's bundle.
 [[nodiscard]] client::Outcome<Exported> export_html(const std::string& place,
                                                     const std::string& motion,
                                                     const std::string& file,

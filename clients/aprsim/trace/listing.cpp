@@ -10,11 +10,12 @@
 #include "clients/aprsim/trace/crcl_fields.hpp"
 #include "crcl/command_codec.hpp"
 #include "crcl/status_codec.hpp"
+#include "world/base/utf8.hpp"
 
 namespace aprsim::trace {
 namespace {
 
-constexpr std::size_t kLongest = 300;  // bytes of one line's words
+constexpr std::size_t kLongest = 300;  // bytes of a line's text
 
 std::string fields_text(const std::vector<Field>& fields) {
   std::string out;
@@ -24,14 +25,16 @@ std::string fields_text(const std::vector<Field>& fields) {
   return out;
 }
 
+/// The text on one line in UTF-8, without control characters: it goes to terminals and tables.
 std::string in_one_line(std::string text) {
-  for (char& c : text) c = c == '\n' || c == '\r' || c == '\0' ? ' ' : c;
+  for (char& c : text) c = c == '\n' || c == '\r' || c == '\t' || c == '\0' ? ' ' : c;
   while (text.ends_with(' ')) text.pop_back();
-  if (text.size() > kLongest) text = text.substr(0, kLongest) + " ...";
+  text = utf8::printable(text);
+  if (text.size() > kLongest) text = std::string(utf8::cut(text, kLongest)) + " ...";
   return text;
 }
 
-/// Words for what goes over the wires; knows the units of each connection of CRCL.
+/// Describes messages in words; tracks the units of each CRCL connection.
 class Describer {
  public:
   struct Described {
@@ -73,7 +76,7 @@ class Describer {
     return out;
   }
 
-  /// By the same reader as the comparison's, which names what a request asks for.
+  /// Uses the comparison's reader, which names the fields of a request.
   static Described request(const v1::JournalWire& wire) {
     const WireRecord record{0, wire};
     const WireActions one =
@@ -119,7 +122,7 @@ class Describer {
       case v1::WIRE_KIND_VISION:
         return {wire.data(), true};
       default:
-        return {fmt::format("answer of {} bytes{}", wire.data().size(),
+        return {fmt::format("reply of {} bytes{}", wire.data().size(),
                             wire.text().empty() ? "" : ": " + wire.text()),
                 wire.text().empty()};
     }
@@ -135,10 +138,10 @@ std::string event_text(const v1::CellEvent& event) {
   return event.text().empty() ? out : out + ": " + event.text();
 }
 
-/// Commands to the cell are what the wires carry already; these are the journal's own.
+/// Describes the journal's own records; commands to the cell are on the wires already.
 std::optional<std::string> journal_text(const v1::JournalRecord& record) {
   if (record.has_epoch()) {
-    return fmt::format("the cell begins anew, seed {}{}", record.epoch().seed(),
+    return fmt::format("the cell is reset, seed {}{}", record.epoch().seed(),
                        record.epoch().has_loaded_state()
                            ? ", with the state " + record.epoch().loaded_state()
                            : "");

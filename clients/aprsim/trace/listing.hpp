@@ -11,17 +11,17 @@
 
 namespace aprsim::trace {
 
-/// What of a run is listed.
+/// Selection of the lines of a run.
 struct ListingChoice {
-  std::string wire;    ///< only this listener; empty = all, and what happened in the cell
-  bool polls = false;  ///< also what only asks, and its answers
+  std::string wire;    ///< only this listener; empty = all listeners and the cell's events
+  bool polls = false;  ///< include polls and their replies
   std::optional<double> from_s, to_s;  ///< simulated time since the trace's beginning
 };
 
-/// One thing of a run, as people want to read it.
+/// One line of a listing.
 struct ListedLine {
   double time_s = 0;
-  std::string wire;              ///< listener; "cell" for what happened in the cell
+  std::string wire;              ///< listener; "cell" for events of the cell
   std::uint64_t connection = 0;  ///< 0 = none
   std::string direction;         ///< "in" from the client, "out" to it; empty = neither
   std::string what;
@@ -30,8 +30,8 @@ struct ListedLine {
 [[nodiscard]] std::string text_of(const ListedLine& line);
 [[nodiscard]] nlohmann::ordered_json json_of(const ListedLine& line);
 
-/// Lists a run's journal in its order. What is missing, a sentence each. Errors: those of
-/// files_of_run().
+/// Lists a run's journal in its order. Returns a note for everything that is missing. Errors:
+/// those of files_of_run().
 [[nodiscard]] Result<std::vector<std::string>> list_trace(
     const std::string& place, const ListingChoice& choice,
     const std::function<void(const ListedLine&)>& show);

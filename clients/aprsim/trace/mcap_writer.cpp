@@ -26,7 +26,7 @@ enum class Op : std::uint8_t {
   kDataEnd = 15,
 };
 
-/// Puts values together as MCAP has them: little-endian, texts and maps with their length in bytes.
+/// Serialises values for MCAP: little-endian, texts and maps with their length in bytes.
 class Packed {
  public:
   template <typename Number>
@@ -72,14 +72,13 @@ std::vector<std::pair<std::uint16_t, std::uint64_t>> pairs_of(
 
 }  // namespace
 
-McapWriter::McapWriter(const std::string& file)
-    : file_(file), out_(file, std::ios::binary | std::ios::trunc) {
+McapWriter::McapWriter(const std::string& file) : file_(file) {
   write(kMcapMagic);
   write(record(Op::kHeader, Packed().text("").text("aprsim").get()));
 }
 
 void McapWriter::write(std::string_view bytes) {
-  out_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  file_.out().write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   at_ += bytes.size();
 }
 
@@ -219,8 +218,7 @@ Result<void> McapWriter::finish() {
                                 .number(std::uint32_t{0})  // no checksum
                                 .get()));
   write(kMcapMagic);
-  if (out_.flush()) return {};
-  return fail(ErrorCode::kUnavailable, "mcap", file_ + " cannot be written");
+  return file_.commit();
 }
 
 }  // namespace aprsim::trace

@@ -1,19 +1,20 @@
 #pragma once
 
 #include <cstdint>
-#include <fstream>
 #include <map>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "world/base/files/draft_file.hpp"
 #include "world/base/result.hpp"
 
 namespace aprsim::trace {
 
 /// Writes an MCAP file: chunks in zstd frames with their indices, then a summary with schemas,
-/// channels, statistics and the chunks' index. Times in nanoseconds. Source: MCAP specification,
-/// mcap.dev/spec, version 0 of the format. Thread: one.
+/// channels, statistics and the chunks' index. Times in nanoseconds. The file is in its place once
+/// finish() has succeeded. Source: MCAP specification, mcap.dev/spec, version 0 of the format.
+/// Thread: one.
 class McapWriter {
  public:
   explicit McapWriter(const std::string& file);
@@ -44,8 +45,7 @@ class McapWriter {
   [[nodiscard]] std::string schema_record(std::uint16_t number) const;
   [[nodiscard]] std::string channel_record(std::uint16_t number) const;
 
-  std::string file_;
-  std::ofstream out_;
+  files::DraftFile file_;
   std::uint64_t at_ = 0;           ///< bytes written
   std::vector<Channel> channels_;  ///< numbers from 1; each has a schema of the same number
   std::string chunk_;              ///< records, plain

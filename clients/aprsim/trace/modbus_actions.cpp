@@ -1,7 +1,12 @@
+#include <algorithm>
 #include <cstdint>
+#include <deque>
+#include <iterator>
 #include <map>
+#include <optional>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -68,7 +73,43 @@ Action write_action(const modbus::Request& request) {
   return action;
 }
 
-/// Goes through what one PLC was asked and answered.
+/// A request that has no answer yet.
+struct OpenRequest {
+  std::vector<std::uint8_t> pdu;
+  std::optional<std::size_t> action;  ///< absent = a read, which is no action
+};
+
+/// Whether a reply can be the answer to a request: by its function code, and by what the protocol
+/// repeats of the request (MODBUS Application Protocol V1.1b3, section 6).
+bool answers(std::span<const std::uint8_t> request, std::span<const std::uint8_t> reply) {
+  if (request.empty() || reply.empty() || (reply[0] & 0x7FU) != request[0]) return false;
+  if ((reply[0] & 0x80U) != 0 || request.size() < 5) return true;
+  const auto word = [&](std::size_t at) { return request[at] * 256U + request[at + 1]; };
+  const auto repeats = [&](std::size_t count) {
+    return reply.size() >= count && request.size() >= count &&
+           std::ranges::equal(reply.first(count), request.first(count));
+  };
+  switch (request[0]) {
+    case 1:
+    case 2:
+      return reply.size() >= 2 && reply[1] == (word(3) + 7) / 8;
+    case 3:
+    case 4:
+    case 23:
+      return reply.size() >= 2 && reply[1] == 2 * word(3);
+    case 5:
+    case 6:
+    case 15:
+    case 16:
+      return repeats(5);
+    case 22:
+      return repeats(7);
+    default:
+      return true;
+  }
+}
+
+/// Reads the requests and replies of one PLC.
 class ModbusReader {
  public:
   void take(const WireRecord& record) {
@@ -90,55 +131,71 @@ class ModbusReader {
   }
 
   void request(const WireRecord& record, std::span<const std::uint8_t> adu) {
+    std::optional<Action> action = read(adu);
+    if (adu.size() > modbus::kHeaderSize) {
+      const auto pdu = adu.subspan(modbus::kHeaderSize);
+      open_[transaction_of(record, adu)].push_back(
+          {{pdu.begin(), pdu.end()}, action ? std::optional(out_.actions.size()) : std::nullopt});
+    }
+    if (!action) return;
+    action->time_s = record.time_s;
+    out_.actions.push_back(*std::move(action));
+  }
+
+  /// Counts a read; the action of any other request.
+  std::optional<Action> read(std::span<const std::uint8_t> adu) {
     const auto validated = modbus::validate_request(adu);
     if (validated.verdict == modbus::Verdict::kIdentification) {
       ++out_.polls;
       ++out_.reads["the device's identification"];
-      return;
+      return std::nullopt;
     }
-    Action action;
     if (validated.verdict != modbus::Verdict::kRequest) {
-      action.kind = "wrong request";
+      Action action{.kind = "wrong request"};
       std::string hex;
-      // The transaction's number is nobody's business.
+      // Without the transaction's number, which differs from run to run.
       for (const std::uint8_t byte : adu.subspan(std::min<std::size_t>(2, adu.size()))) {
         hex += fmt::format("{:02x} ", byte);
       }
       action.fields.push_back({"bytes", hex});
-    } else if (!validated.request.is_write()) {
-      const modbus::Request& read = validated.request;
+      return action;
+    }
+    const modbus::Request& request = validated.request;
+    if (!request.is_write()) {
       ++out_.polls;
-      ++out_.reads[read_text(area_of(read), read.address, read.quantity)];
-      return;
-    } else {
-      action = write_action(validated.request);
-      if (validated.request.function == modbus::Function::kReadWriteRegisters) {
-        ++out_.reads[read_text(modbus::Area::kHoldingRegister, validated.request.read_address,
-                               validated.request.read_quantity)];
-      }
+      ++out_.reads[read_text(area_of(request), request.address, request.quantity)];
+      return std::nullopt;
     }
-    action.time_s = record.time_s;
-    if (adu.size() > modbus::kHeaderSize) {
-      waiting_[transaction_of(record, adu)] = out_.actions.size();
+    if (request.function == modbus::Function::kReadWriteRegisters) {
+      ++out_.reads[read_text(modbus::Area::kHoldingRegister, request.read_address,
+                             request.read_quantity)];
     }
-    out_.actions.push_back(std::move(action));
+    return write_action(request);
   }
 
+  /// Clients may use one transaction number for every request: the reply belongs to the oldest
+  /// request of its number that it can answer. Those before it stay without an answer, as a server
+  /// replies in order.
   void reply(const WireRecord& record, std::span<const std::uint8_t> adu) {
     if (adu.size() <= modbus::kHeaderSize) return;
-    const auto at = waiting_.find(transaction_of(record, adu));
-    if (at == waiting_.end()) return;
-    Action& action = out_.actions[at->second];
-    waiting_.erase(at);
-    const bool refused = (adu[modbus::kHeaderSize] & 0x80U) != 0;
-    action.outcome = !refused ? "done"
-                              : fmt::format("exception {}", adu.size() > modbus::kHeaderSize + 1
-                                                                ? adu[modbus::kHeaderSize + 1]
-                                                                : 0);
-    action.duration_s = record.time_s - action.time_s;
+    const auto pdu = adu.subspan(modbus::kHeaderSize);
+    const auto open = open_.find(transaction_of(record, adu));
+    if (open == open_.end()) return;
+    auto& requests = open->second;
+    const auto answered = std::ranges::find_if(
+        requests, [&](const OpenRequest& request) { return answers(request.pdu, pdu); });
+    if (answered == requests.end()) return;
+    if (answered->action) {
+      Action& action = out_.actions[*answered->action];
+      const bool refused = (pdu[0] & 0x80U) != 0;
+      action.outcome = !refused ? "done" : fmt::format("exception {}", pdu.size() > 1 ? pdu[1] : 0);
+      action.duration_s = record.time_s - action.time_s;
+    }
+    requests.erase(requests.begin(), std::next(answered));
+    if (requests.empty()) open_.erase(open);
   }
 
-  std::map<Transaction, std::size_t> waiting_;  ///< the write of each: its place
+  std::map<Transaction, std::deque<OpenRequest>> open_;  ///< in the order of sending
   WireActions out_;
 };
 

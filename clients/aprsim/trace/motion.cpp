@@ -23,13 +23,13 @@ using client::failed;
 using client::FailureKind;
 using process::ChildProcess;
 
-/// Waits for the replay's end; its exit code.
+/// Waits for the end of the replay and returns its exit code.
 client::Outcome<int> run(const std::vector<std::string>& arguments, const std::string& log) {
   auto daemon =
       ChildProcess::start(arguments, {{"APRSIM_TOKEN", ""}}, log, ChildProcess::Pipes::kNone);
   if (!daemon) return failed(FailureKind::kUsage, daemon.error().message);
   while (!daemon->wait(std::chrono::milliseconds(50))) {
-    if (client::interruption::noted()) return failed(FailureKind::kInterrupted, "interrupted");
+    if (client::interruption::requested()) return failed(FailureKind::kInterrupted, "interrupted");
   }
   return daemon->ended().value_or(-1);
 }
@@ -48,7 +48,7 @@ client::Outcome<Motion> Motion::of(const std::string& place, const Choice& choic
   std::error_code status;
   std::string name = (fs::temp_directory_path(status) / "aprsim-motion-XXXXXX").string();
   if (mkdtemp(name.data()) == nullptr) {
-    return failed(FailureKind::kUsage, "cannot make a directory like " + name);
+    return failed(FailureKind::kUsage, "cannot create a directory like " + name);
   }
   out.directory_ = name;
   out.file_ = name + "/motion";
@@ -66,7 +66,7 @@ client::Outcome<Motion> Motion::of(const std::string& place, const Choice& choic
   const auto code = run(arguments, log);
   if (!code) return tl::unexpected(code.error());
   out.said_ = content_of(log);
-  // A run that differs somewhere has moved until there.
+  // A replay that differs has motion up to the difference.
   if (*code != 0 && *code != 1) {
     return failed(FailureKind::kUsage, place + " cannot be run again: " + out.said_);
   }

@@ -7,22 +7,22 @@
 
 namespace aprsim::trace {
 
-/// How everything moved in a run: its journal run again by the daemon beside this program, which
-/// writes a motion file. The file is gone with this.
+/// The motion of a run: aprsimd replays its journal and writes a temporary motion file.
 class Motion {
  public:
   struct Choice {
-    double rate_hz = 50;  ///< pictures a second of simulated time
+    double rate_hz = 50;  ///< frames per second of simulated time
     std::optional<double> from_s, to_s;
   };
-  /// Runs again. Failures: no journal, none that can be run again, a run that differs at once.
+  /// Replays. Failures: no journal, a journal that cannot be replayed, a replay that differs at
+  /// once.
   [[nodiscard]] static client::Outcome<Motion> of(const std::string& place, const Choice& choice);
   ~Motion();
   Motion(Motion&& other) noexcept;
   Motion& operator=(Motion&&) = delete;
 
   [[nodiscard]] const std::string& file() const { return file_; }
-  /// What the daemon says of the run.
+  /// Messages of the replay.
   [[nodiscard]] const std::string& said() const { return said_; }
 
  private:

@@ -8,8 +8,7 @@
 
 namespace aprsim::trace {
 
-/// One snapshot; `scene`: what moves from it on, where that is something else, at the first one,
-/// too; else null.
+/// Receives one snapshot; `scene`: the new scene at the first snapshot and at changes, else null.
 using TakeMotion =
     std::function<void(double time_s, const v1::Snapshot& snapshot, const v1::MotionHeader* scene)>;
 

@@ -15,12 +15,12 @@ crcl::Framer framer_of(bool from_client) {
                      : crcl::Framer::for_statuses();
 }
 
-/// What documents begin with.
+/// Position of the first document.
 std::size_t find_document(std::string_view bytes) {
   return std::min({bytes.find("<?xml"), bytes.find("<CRCL")});
 }
 
-/// A header of Modbus/TCP: protocol 0, a length that can be.
+/// Whether this is a Modbus/TCP header: protocol 0 and a valid length.
 bool begins_unit(std::string_view bytes) {
   const auto byte = [&](std::size_t at) { return static_cast<std::uint8_t>(bytes[at]); };
   return bytes.size() >= modbus::kHeaderSize && byte(2) == 0 && byte(3) == 0 && byte(4) == 0 &&
@@ -49,8 +49,7 @@ std::vector<std::string> StreamFramer::take(std::string_view bytes) {
 
 void StreamFramer::take_documents(std::string_view bytes, std::vector<std::string>& out) {
   if (searching_) {
-    // The word may be cut in two by the end of a segment; it is looked for in what is left of the
-    // one before, too.
+    // A segment's end may split the word, so the end of the previous segment is searched, too.
     buffer_ += bytes;
     const std::size_t begin = find_document(buffer_);
     if (begin == std::string_view::npos) {
@@ -75,7 +74,7 @@ void StreamFramer::take_documents(std::string_view bytes, std::vector<std::strin
 }
 
 void StreamFramer::take_units(std::string_view bytes, std::vector<std::string>& out) {
-  // Who has lost the thread takes it up at a segment that begins as a unit does.
+  // Resynchronise at a segment that begins like a unit.
   if (searching_) {
     if (buffer_.empty() && !begins_unit(bytes) && bytes.size() >= modbus::kHeaderSize) return;
     searching_ = false;
@@ -99,8 +98,7 @@ void StreamFramer::take_lines(std::string_view bytes, std::vector<std::string>& 
       return;
     }
     bytes.remove_prefix(end + 1);
-    // The rest of a line that was begun before the capture says nothing: names and numbers come in
-    // sixes.
+    // Drop the rest of a line that began before the capture: its fields come in groups of six.
     const auto commas = std::ranges::count(buffer_, ',');
     if (!searching_ || commas % 6 == 0) out.push_back(buffer_);
     searching_ = false;

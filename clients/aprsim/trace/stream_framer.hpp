@@ -10,17 +10,17 @@
 
 namespace aprsim::trace {
 
-/// Cuts what went one way over a connection into CRCL documents, Modbus units or lines. Finds its
-/// way again where bytes are missing. Thread: one at a time.
+/// Splits one direction of a connection into CRCL documents, Modbus units or lines.
+/// Resynchronises after missing bytes. Thread: one at a time.
 class StreamFramer {
  public:
   StreamFramer(v1::WireKind kind, bool from_client);
 
-  /// What has become complete with these bytes.
+  /// The units that these bytes complete.
   [[nodiscard]] std::vector<std::string> take(std::string_view bytes);
-  /// Bytes are missing here: what was begun is lost.
+  /// Bytes are missing here: drops an incomplete unit.
   void lose();
-  /// Why nothing more is read; empty = it is.
+  /// Why reading has stopped; empty = it has not.
   [[nodiscard]] const std::string& broken() const { return broken_; }
 
  private:

@@ -6,7 +6,7 @@
 namespace aprsim::trace {
 namespace {
 
-constexpr std::size_t kMostHeld = std::size_t{4} << 20;  // bytes of one direction that came early
+constexpr std::size_t kMostHeld = std::size_t{4} << 20;  // early bytes of one direction
 
 }  // namespace
 
@@ -25,25 +25,53 @@ void TcpStreams::close(const Key& key, bool reset) {
   events_.closed(number, reset);
 }
 
+bool TcpStreams::listens_at(const TcpEnd& end) const { return is_server_(end); }
+
+std::optional<bool> TcpStreams::sender_is_client(const TcpSegment& segment) {
+  // A SYN identifies the client, whatever its port.
+  if (segment.syn) {
+    const bool calls = !segment.ack;
+    const TcpEnd& server = calls ? segment.to : segment.from;
+    const Key key = calls ? Key{segment.from, segment.to} : Key{segment.to, segment.from};
+    if (listens_at(server)) {
+      unrelated_.erase(key);
+      return calls;
+    }
+    if (listens_at(calls ? segment.from : segment.to)) unrelated_.insert(key);
+    return std::nullopt;
+  }
+  const Key forward{segment.from, segment.to}, backward{segment.to, segment.from};
+  if (open_.contains(forward)) return true;
+  if (open_.contains(backward)) return false;
+  if (unrelated_.contains(forward) || unrelated_.contains(backward)) return std::nullopt;
+  // Only the ports are left to decide. Where both are listeners', the lower one is the server's:
+  // systems choose the ports of clients from the upper end.
+  const bool to_server = listens_at(segment.to), from_server = listens_at(segment.from);
+  if (to_server && from_server) return segment.to.port <= segment.from.port;
+  return to_server || from_server ? std::optional(to_server) : std::nullopt;
+}
+
 void TcpStreams::take(const TcpSegment& segment) {
-  const bool from_client = is_server_(segment.to);
-  if (!from_client && !is_server_(segment.from)) return;
-  const Key key = from_client ? Key{segment.from, segment.to} : Key{segment.to, segment.from};
+  const auto from_client = sender_is_client(segment);
+  if (!from_client) return;
+  const Key key = *from_client ? Key{segment.from, segment.to} : Key{segment.to, segment.from};
+  const bool calls = segment.syn && !segment.ack;
+  // The same two ends in exchanged roles.
+  if (segment.syn) close({key.second, key.first}, false);
   auto at = open_.find(key);
-  // A call from a port that was used before; repeated, it has the same number.
-  const bool calls = segment.syn && !segment.ack && from_client;
+  // A new connection from a port that was used before; a repeated SYN has the same number.
   if (calls && at != open_.end() && at->second.to_server.next != segment.sequence + 1 &&
       (at->second.to_server.place > 0 || at->second.to_server.next)) {
     close(key, false);
     at = open_.end();
   }
   if (at == open_.end()) {
-    // The last words of a connection that is closed, or of one that was never seen, open none.
+    // Late segments of a connection that is closed, or was never seen, open none.
     if (segment.rst || (!segment.syn && segment.payload.empty())) return;
     open(key);
     at = open_.find(key);
   }
-  take(at->second, from_client, segment);
+  take(at->second, *from_client, segment);
   const Connection& connection = at->second;
   if (segment.rst) {
     close(key, true);
@@ -60,7 +88,7 @@ void TcpStreams::take(Connection& connection, bool from_client, const TcpSegment
     if (!mine.next) mine.next = sequence;
   }
   if (!mine.next) mine.next = sequence;
-  // Where it lies in the stream, however often numbers have wrapped round.
+  // Its place in the stream, over any number of wraps of the sequence number.
   const auto ahead = static_cast<std::int32_t>(sequence - *mine.next);
   std::string_view payload = segment.payload;
   std::uint64_t place = mine.place;
@@ -79,7 +107,7 @@ void TcpStreams::take(Connection& connection, bool from_client, const TcpSegment
   }
   if (segment.fin && ahead >= 0) mine.end = place + payload.size();
   give(connection, from_client);
-  // What the peer says that it has, and the capture does not, never comes.
+  // Bytes that the peer has acknowledged and the capture lacks never come.
   Direction& other = from_client ? connection.to_client : connection.to_server;
   if (segment.ack && other.next) {
     const auto known = static_cast<std::int32_t>(segment.acknowledged - *other.next);

@@ -40,7 +40,7 @@ double seconds_of(const google::protobuf::Duration& duration) {
 std::string event_word(v1::CellEventKind kind) {
   constexpr std::size_t kPrefix = sizeof("CELL_EVENT_KIND_") - 1;
   std::string word = v1::CellEventKind_Name(kind);
-  // One of a later version has no name.
+  // A kind of a later version has no name.
   if (word.size() <= kPrefix) return "event " + std::to_string(static_cast<int>(kind));
   word.erase(0, kPrefix);
   for (char& c : word) c = c == '_' ? ' ' : static_cast<char>(std::tolower(c));
@@ -68,7 +68,9 @@ Result<std::vector<std::string>> for_each_record(
     }
     if (!reader->damage().empty()) notes.push_back(file + ": " + reader->damage());
   }
-  if (!ended) notes.push_back(files->back() + " does not end as a journal that was closed");
+  if (!ended)
+    notes.push_back(files->back() +
+                    " does not end with an end record: its daemon was killed or is running");
   return notes;
 }
 

@@ -10,9 +10,9 @@ namespace aprsim::trace {
 namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
-constexpr double kMany = 1e6;  // times a tolerance, of what has none
+constexpr double kMany = 1e6;  // ratio for values without a tolerance
 
-/// How a quantity is told.
+/// Display unit of a quantity.
 struct Unit {
   const char* name;  ///< with the blank before it
   double factor;     ///< from SI
@@ -83,18 +83,19 @@ double limit_of(Quantity quantity, double size, const Tolerance& tolerance) {
 
 const std::vector<ToleranceName>& tolerance_names() {
   static const std::vector<ToleranceName> kNames = {
-      {"position_mm", &Tolerance::position_mm, "positions that are commanded"},
-      {"angle_deg", &Tolerance::angle_deg, "joints and orientations that are commanded"},
+      {"position_mm", &Tolerance::position_mm, "commanded positions"},
+      {"angle_deg", &Tolerance::angle_deg, "commanded joints and orientations"},
       {"rate_percent", &Tolerance::rate_percent, "speeds, accelerations, torques"},
-      {"setting", &Tolerance::setting, "shares of 1, as the gripper's setting"},
-      {"wait_s", &Tolerance::wait_s, "waits that are commanded"},
-      {"register_counts", &Tolerance::register_counts, "what is written to registers"},
-      {"time_s", &Tolerance::time_s, "how long something took, and pauses"},
-      {"time_percent", &Tolerance::time_percent, "the same; the larger of both counts"},
-      {"end_mm", &Tolerance::end_mm, "where a robot says that it has come to"},
-      {"end_deg", &Tolerance::end_deg, "the same, joints and orientation"},
-      {"seen_mm", &Tolerance::seen_mm, "where cameras see things in the end"},
-      {"seen_deg", &Tolerance::seen_deg, "the same, of trays"},
+      {"setting", &Tolerance::setting, "shares of 1, such as the gripper's setting"},
+      {"wait_s", &Tolerance::wait_s, "commanded waits"},
+      {"register_counts", &Tolerance::register_counts, "values written to registers"},
+      {"time_s", &Tolerance::time_s, "durations and pauses"},
+      {"time_percent", &Tolerance::time_percent,
+       "durations and pauses; the larger tolerance counts"},
+      {"end_mm", &Tolerance::end_mm, "reported end positions"},
+      {"end_deg", &Tolerance::end_deg, "reported end joints and orientations"},
+      {"seen_mm", &Tolerance::seen_mm, "final positions seen by cameras"},
+      {"seen_deg", &Tolerance::seen_deg, "final orientations of trays seen by cameras"},
   };
   return kNames;
 }
@@ -108,7 +109,7 @@ std::optional<Difference> difference(const Value& a, const Value& b, const Toler
     const double limit =
         limit_of(x->quantity, std::max(std::abs(x->value), std::abs(y->value)), tolerance);
     const double amount = std::abs(y->value - x->value);
-    // Whoever compares with the limit itself does not mean the last bit of a double.
+    // A difference equal to the limit is allowed, despite rounding.
     if (amount <= limit * (1 + 1e-9)) return std::nullopt;
     return Difference{amount, limit};
   }

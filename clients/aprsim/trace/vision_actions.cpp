@@ -9,11 +9,11 @@
 namespace aprsim::trace {
 namespace {
 
-constexpr std::size_t kFrames = 12;      // of which the last picture is made
-constexpr std::size_t kLeastFrames = 4;  // that have to show a thing
-constexpr double kSameThing_mm = 15;     // from frame to frame
+constexpr std::size_t kFrames = 12;      // at the end that make the final scene
+constexpr std::size_t kLeastFrames = 4;  // that must show an object
+constexpr double kSameThing_mm = 15;     // of one object between frames
 
-/// The detections of one frame; none of a line that cannot be read.
+/// The detections of one frame; empty for an unreadable line.
 std::vector<Seen> seen_in(std::string_view line) {
   std::vector<Seen> out;
   const auto objects = client::decode_vision_line(line);
@@ -29,7 +29,7 @@ std::vector<Seen> seen_in(std::string_view line) {
   return out;
 }
 
-/// A thing over several frames.
+/// An object over several frames.
 struct Cluster {
   Seen sum;
   double cosine = 0, sine = 0;  ///< of twice the rotation: trays may be taken for half a turn

@@ -1,4 +1,4 @@
-"""Commands and reads a running aprsim cell.
+"""Client of a running aprsim cell.
 
     from aprsim import Cell
     cell = Cell.connect()
@@ -6,16 +6,19 @@
     fanuc.move_by([0, 0, -0.05])
     print(cell.snapshot().robot("fanuc").tool_in_world[:3, 3])
 
-`Cell` and `Robot` wait for each call; `aprsim.aio` has the same for asyncio. `Daemon` runs a cell of
-one's own, `run_scenario` a whole job; `aprsim.envs` has tasks with Gymnasium's signatures. Units are
-SI, poses 4 x 4 arrays (`aprsim.poses`)."""
+`Cell` and `Robot` block until each call is done; `aprsim.aio` has the same classes for asyncio. `Daemon`
+starts a private cell, `run_scenario` runs a whole job, and `aprsim.envs` has tasks with Gymnasium's
+signatures. Units are SI.
+
+Poses are 4 x 4 matrices named after their frames: X_WT is the pose of the tool T in the world W, with the
+rotation in X_WT[:3, :3] and the position in metres in X_WT[:3, 3]. `aprsim.poses` lists the frames."""
 
 from . import aio, crcl, events, faults, poses
 from .calls import Bookmark, HistorySpan, Receipt, Run, SavedState
 from .cell import Cell
 from .daemon import Daemon
 from .endpoints import Endpoints
-from .errors import AprsimError, Refused, RobotError, ScenarioError, TimedOut, Unreachable
+from .errors import AprsimError, BadArgument, Refused, RobotError, ScenarioError, TimedOut, Unreachable
 from .events import Event, Happens
 from .robot import Robot
 from .scenarios import ScenarioReport, run_scenario, scenarios
@@ -24,6 +27,7 @@ from .tables import bodies_table, robots_table
 
 __all__ = [
     "AprsimError",
+    "BadArgument",
     "BodyState",
     "Bookmark",
     "Cell",

@@ -1,10 +1,10 @@
-"""The cell, for asyncio: as `aprsim.Cell` and `aprsim.Robot`, each call to be awaited.
+"""The cell for asyncio: `aprsim.Cell` and `aprsim.Robot` with methods to be awaited.
 
     cell = await aio.Cell.connect()
     fanuc, motoman = await cell.robot("fanuc"), await cell.robot("motoman")
     await asyncio.gather(fanuc.move_by([0, 0, -0.05]), motoman.move_by([0, 0, -0.05]))
 
-Whose robots move at the same time lets the cell run: of a paused cell each waiting command steps it."""
+Let the cell run while several robots move: each waiting command steps a paused cell."""
 
 from __future__ import annotations
 
@@ -13,20 +13,27 @@ import contextlib
 import time
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, AsyncIterator, Mapping, Sequence, TypeVar
+from typing import TYPE_CHECKING, Any, AsyncGenerator, AsyncIterator, Mapping, Sequence, TypeVar
 
 import grpc
 import grpc.aio
-import numpy as np
 import numpy.typing as npt
 
-from . import calls, crcl, faults
+from . import arguments, calls, crcl, faults
 from .calls import Bookmark, HistorySpan, Receipt, Run, SavedState
 from .channel import Channel
 from .endpoints import Endpoints, find_endpoints
-from .errors import TimedOut, Unreachable
+from .errors import AprsimError, TimedOut, Unreachable
 from .events import Event, Happens, event
-from .motions import MOVE_TIMEOUT_S, TURN_SPEED_RAD_S, Frame, Motions
+from .hosts import with_port
+from .motions import (
+    INITIALISE_S,
+    MOVE_TIMEOUT_S,
+    TURN_SPEED_RAD_S,
+    Frame,
+    Motions,
+    check_frame,
+)
 from .poses import Array
 from .robot import ANSWER_S, MOST_POLL_STEPS, POLL_S, POLL_STEPS
 from .snapshots import BodyState, Snapshot, seconds
@@ -38,7 +45,7 @@ T = TypeVar("T")
 
 
 class Robot:
-    """As `aprsim.Robot`. Used by one task at a time."""
+    """As `aprsim.Robot`, for one task at a time."""
 
     def __init__(
         self,
@@ -57,36 +64,50 @@ class Robot:
     async def connect(
         cls, cell: Cell, description: cell_pb2.RobotDescription, host: str, port: int
     ) -> Robot:
-        """Without initialising it."""
+        """Connect to the robot's CRCL socket without commanding it."""
         try:
             async with asyncio.timeout(ANSWER_S):
                 reader, writer = await asyncio.open_connection(host, port)
         except OSError as error:
-            where = f"{description.name} by CRCL at {host}:{port}"
+            where = f"{description.name} by CRCL at {with_port(host, port)}"
             raise Unreachable(f"cannot reach {where}: {error}") from error
-        robot = cls(cell, description, reader, writer)
-        robot._session.follow(await robot.status())
-        return robot
+        return cls(cell, description, reader, writer)
 
     async def close(self) -> None:
-        """Hangs up. What the robot has been told goes on."""
+        """Disconnect. The robot continues its commands. A task that waits for the robot gets
+        Unreachable."""
         self._writer.close()
         with contextlib.suppress(OSError):
             await self._writer.wait_closed()
 
+    async def take(self) -> None:
+        """Initialise the robot unless this connection has done so. The first command calls this."""
+        if not self._session.is_taken:
+            await self.initialise()
+
     async def initialise(self) -> None:
-        """Clears an error, ends all motion, makes ready, and sets the units of this connection."""
-        await self.run(crcl.initialise(), 35)
-        for command in self._session.opening():
-            await self.run(command)
-        await self.run(crcl.set_turn_speed(TURN_SPEED_RAD_S))
+        """Clear an error, stop all motion, begin a session, and set the units of this connection."""
+        self._session.follow(await self.status())
+        for command in (
+            crcl.initialise(),
+            *self._session.opening(),
+            crcl.set_turn_speed(TURN_SPEED_RAD_S),
+        ):
+            await self._start(command)
+            await self.wait(INITIALISE_S)
+        self._session.is_taken = True
+
+    def forget_session(self) -> None:
+        """Let the next command take the robot again, as after a reset of the cell."""
+        self._session.is_taken = False
 
     async def end(self) -> None:
-        """Ends the session."""
+        """End the program: motion ends, the robot stays initialised. The next command takes it again."""
         await self.run(crcl.end())
+        self._session.is_taken = False
 
     async def stop(self) -> None:
-        """Brakes, and waits until the arm rests."""
+        """Brake, and wait until the arm rests. Does not take the robot."""
         await self.run(crcl.stop())
 
     async def move_to(
@@ -98,8 +119,10 @@ class Robot:
         frame: Frame = "world",
         timeout_s: float = MOVE_TIMEOUT_S,
     ) -> None:
-        """The tool to a 4 x 4 pose or a point."""
-        present = (await self.status()).tool_in_reference
+        """Move the tool to a 4 x 4 pose or a point [m], as `aprsim.Robot.move_to`."""
+        self._motions.check(target, yaw, frame)
+        await self.take()
+        present = await self.tool("robot")
         command = self.move_command(target, yaw, straight=straight, frame=frame, present=present)
         await self.run(command, timeout_s)
 
@@ -112,7 +135,7 @@ class Robot:
         frame: Frame = "world",
         present: Array | None = None,
     ) -> crcl.Command:
-        """What `move_to` tells the robot; a point without a yaw needs the `present` pose X_RT."""
+        """The command that `move_to` sends. A point without a yaw needs the `present` pose X_RT."""
         return crcl.move_to(self._motions.target(target, yaw, frame, present), straight=straight)
 
     async def move_by(
@@ -122,9 +145,12 @@ class Robot:
         frame: Frame = "world",
         timeout_s: float = MOVE_TIMEOUT_S,
     ) -> None:
-        """The tool on a straight line, as it is turned."""
+        """Move the tool by three coordinates [m] on a straight line, with its orientation kept."""
+        offset = arguments.vector("offset_m", offset_m, 3, "m")
+        check_frame(frame)
+        await self.take()
         tool = await self.tool(frame)
-        tool[:3, 3] += np.asarray(offset_m, dtype=np.float64)
+        tool[:3, 3] += offset
         await self.move_to(tool, straight=True, frame=frame, timeout_s=timeout_s)
 
     async def move_joints(
@@ -134,35 +160,39 @@ class Robot:
         *,
         timeout_s: float = MOVE_TIMEOUT_S,
     ) -> None:
-        """All joints, from base to flange."""
+        """Move all joints, from base to flange, to positions [rad]."""
         await self.run(self._motions.joints(positions_rad, speed_rad_s), timeout_s)
 
     async def set_speed(self, m_s: float, rad_s: float = TURN_SPEED_RAD_S) -> None:
-        """Of the tool, from now on."""
-        await self.run(crcl.set_speed(m_s))
-        await self.run(crcl.set_turn_speed(rad_s))
+        """Set the tool's speeds [m/s, rad/s] for later moves."""
+        for command in self._motions.speeds(m_s, rad_s):
+            await self.run(command)
 
     async def open_gripper(self) -> None:
-        """Returns when the fingers have been told to."""
+        """Open the gripper. Returns when the robot has accepted the command."""
         await self.run(crcl.set_gripper(1))
 
     async def close_gripper(self) -> None:
-        """Returns when the fingers have been told to."""
+        """Close the gripper. Returns when the robot has accepted the command."""
         await self.run(crcl.set_gripper(0))
 
     async def dwell(self, seconds: float) -> None:
-        """Lets the robot wait, in simulated time."""
-        await self.run(crcl.dwell(seconds), 10 + seconds)
+        """Make the robot wait, in simulated seconds."""
+        await self.run(*self._motions.dwell(seconds))
 
     async def tool(self, frame: Frame = "world") -> Array:
-        """X_WT or X_RT."""
+        """The pose of the tool: X_WT in the frame "world", X_RT in the frame "robot"."""
+        check_frame(frame)
+        if not self._session.is_taken:
+            state = (await self._cell.snapshot(["robots"], [self.name])).robot(self.name)
+            return state.tool_in_world if frame == "world" else state.tool_in_reference
         pose = (await self.status()).tool_in_reference
         if pose is None:
             raise Unreachable(f"{self.name}: its status has no pose")
         return self._motions.reference_in_world @ pose if frame == "world" else pose
 
     async def status(self) -> crcl.Status:
-        """As the robot reports it."""
+        """The robot's CRCL status, as `aprsim.Robot.status`."""
         await self._send(self._session.ask())
         status = self._session.feed(b"")
         while status is None:
@@ -170,17 +200,25 @@ class Robot:
         return status
 
     async def run(self, command: crcl.Command, timeout_s: float = 10.0) -> crcl.Status:
-        """Any command, until it is done."""
+        """Send any command, and wait until it is done."""
         await self.start(command)
         return await self.wait(timeout_s)
 
     async def start(self, command: crcl.Command) -> crcl.Status:
-        """Any command; returns when the robot has it."""
+        """Send any command. Returns when the robot has accepted it."""
+        if command.kind not in crcl.NEED_NO_SESSION:
+            await self.take()
+        elif not self._session.is_taken:
+            self._session.follow(await self.status())
+        return await self._start(command)
+
+    async def _start(self, command: crcl.Command) -> crcl.Status:
         await self._send(self._session.begin(command))
         return await self.status()
 
     async def wait(self, timeout_s: float = MOVE_TIMEOUT_S) -> crcl.Status:
-        """For the end of the command that was started last."""
+        """Wait for the end of the latest command."""
+        limit_s = arguments.number("timeout_s", timeout_s, "s", above=0)
         waited_s, steps = 0.0, POLL_STEPS
         while True:
             waited_s += await self._let_time_pass(steps)
@@ -188,7 +226,7 @@ class Robot:
             status = await self.status()
             if self._session.is_over(status):
                 return status
-            if waited_s > timeout_s:
+            if waited_s > limit_s:
                 raise TimedOut(self._session.too_late(timeout_s))
 
     async def _let_time_pass(self, steps: int) -> float:
@@ -220,14 +258,14 @@ class Robot:
 
 
 class Cell(Channel):
-    """As `aprsim.Cell`. Belongs to the loop that it was connected in."""
+    """As `aprsim.Cell`, for the event loop that it was connected in."""
 
     def __init__(self, endpoints: Endpoints) -> None:
-        """Use `connect`."""
+        """Call `connect` instead."""
         super().__init__(endpoints, grpc.aio)
         self._robots: dict[str, Robot] = {}
         self.description: cell_pb2.CellDescription
-        """What does not change between two resets."""
+        """Robots, bodies, belt and cameras: the part that is constant between two resets."""
         self.step_s = 0.001
         """Simulated time of one step."""
 
@@ -261,8 +299,7 @@ class Cell(Channel):
         )
         try:
             cell.description = await cell._run(calls.get_cell())
-            size = cell.description.step_size
-            cell.step_s = seconds(size)
+            cell.step_s = seconds(cell.description.step_size)
             await cell.snapshot(["paused"])
         except BaseException:
             await cell.close()
@@ -281,33 +318,32 @@ class Cell(Channel):
         await self.close()
 
     async def close(self) -> None:
-        """Hangs up, robots included. The cell goes on."""
+        """Disconnect, robots included. The cell continues. Waiting calls and streams in other threads
+        end with Unreachable."""
+        self._cancel_open_calls()
         for robot in self._robots.values():
             await robot.close()
         self._robots.clear()
         await self._channel.close()
 
     async def snapshot(self, fields: Sequence[str] = (), entities: Sequence[str] = ()) -> Snapshot:
-        """The latest one. `fields`: paths of fields of `Snapshot` in the messages, as "robots" or
-        "robots.joints.position_rad"; `entities`: names of robots, bodies and tools. All when empty."""
+        """The latest snapshot. `fields` selects paths of the message `Snapshot`, as "robots" or
+        "robots.joints.position_rad"; `entities` selects robots, bodies and tools by name. Empty means
+        all."""
         return self._seen(await self._run(calls.get_snapshot(fields, entities)))
 
     async def stream(
         self, hz: float | None = 20.0, fields: Sequence[str] = (), entities: Sequence[str] = ()
     ) -> AsyncIterator[Snapshot]:
-        """Snapshots at a steady wall-clock rate, at most 1000 a second, until the loop ends. A reader
-        that is too slow misses some and gets the latest. `hz=None`: every step, none left out; one
-        that is too far behind is Refused."""
-        call = self._stubs["Telemetry"].StreamSnapshots(
-            calls.stream_request(hz, fields, entities), metadata=self._metadata
-        )
-        try:
-            async for answer in call:
+        """Snapshots at `hz` per second of wall time, at most 1000, until the loop ends. A slow reader
+        misses some and gets the latest. `hz=None` sends every step; a reader that falls too far behind
+        gets Refused."""
+        request = calls.stream_request(hz, fields, entities)
+        async with contextlib.aclosing(
+            self._stream("Telemetry", "StreamSnapshots", request)
+        ) as answers:
+            async for answer in answers:
                 yield self._seen(Snapshot(answer.snapshot))
-        except grpc.RpcError as error:
-            raise self._error(error) from error
-        finally:
-            call.cancel()
 
     async def events(
         self,
@@ -318,28 +354,25 @@ class Cell(Channel):
         allow_gap: bool = False,
         past_only: bool = False,
     ) -> AsyncIterator[Event]:
-        """What happens in the cell, in its order, until the loop ends. From now on, or all with
-        greater numbers than `after`; only of some kinds (`events.KINDS`), or in which some things
-        take part. Refused when what is asked for is not kept any more, unless `allow_gap`.
-        `past_only`: those that are kept."""
+        """Events of the cell in their order, until the loop ends: new ones, or those with a sequence
+        number above `after`. `kinds` (see `events.KINDS`) and `names` of participants select events.
+        `past_only` ends after the recorded events. Refused when requested events are not recorded any
+        more, unless `allow_gap`."""
         request = calls.events_request(after, kinds, names, allow_gap, past_only)
-        call = self._stubs["Telemetry"].StreamEvents(request, metadata=self._metadata)
-        try:
-            async for answer in call:
+        async with contextlib.aclosing(
+            self._stream("Telemetry", "StreamEvents", request)
+        ) as answers:
+            async for answer in answers:
                 yield event(answer.event, answer.lost)
-        except grpc.RpcError as error:
-            raise self._error(error) from error
-        finally:
-            call.cancel()
 
     async def pause(self) -> Receipt:
-        """No step is taken until told."""
+        """Stop stepping."""
         receipt = await self._run(calls.pause())
         self.paused = True
         return receipt
 
     async def resume(self) -> Receipt:
-        """Steps at the set speed."""
+        """Continue at the set speed."""
         receipt = await self._run(calls.resume())
         self.paused = False
         return receipt
@@ -347,11 +380,11 @@ class Cell(Channel):
     async def step(
         self, steps: int = 1, fields: Sequence[str] = (), *, timeout_s: float | None = None
     ) -> Snapshot:
-        """Takes exactly so many steps of a paused cell; the snapshot after the last."""
+        """Step a paused cell `steps` times. Returns the snapshot after the last step."""
         return await self._run(calls.step(steps, fields, timeout_s))
 
     async def advance(self, steps: int) -> None:
-        """As `step`, without a snapshot of all."""
+        """Step a paused cell `steps` times without a snapshot."""
         await self._run(calls.step(steps, ["step"], None))
 
     async def run_until(
@@ -362,14 +395,22 @@ class Cell(Channel):
         fields: Sequence[str] = (),
         timeout_s: float | None = None,
     ) -> Run:
-        """Takes steps at the set speed until a simulated time, an event or a quantity beyond a limit,
-        or so many steps, and pauses. Refused (ABORTED) when something else pauses the cell."""
-        run = await self._run(calls.run_until(until, max_steps, fields, timeout_s))
+        """Run at the set speed until a simulated time [s], an event, a quantity's limit or `max_steps`
+        steps, then pause. Refused (ABORTED) when another client pauses the cell. A run that is
+        interrupted or exceeds `timeout_s` leaves the cell paused, as `paused` then says."""
+        call = calls.run_until(until, max_steps, fields, timeout_s)
+        try:
+            run = await self._run(call)
+        except (TimedOut, asyncio.CancelledError):
+            with contextlib.suppress(AprsimError):
+                await self._run(calls.pause(calls.PAUSE_S))
+            self.paused = True
+            raise
         self.paused = True
         return run
 
     async def set_speed(self, factor: float) -> Receipt:
-        """Ratio of simulated to wall time; math.inf = as fast as possible."""
+        """Set the ratio of simulated to wall time; math.inf means as fast as possible."""
         return await self._run(calls.set_speed(factor))
 
     async def reset(
@@ -379,39 +420,46 @@ class Cell(Channel):
         scene: str | None = None,
         scene_text: str | None = None,
     ) -> Receipt:
-        """Builds the cell anew from its scene as it was loaded, with another seed if one is given; or
-        from another scene with the same robots: one that comes with the daemon, by name, or the text
-        of one. Robots then have to be initialised."""
+        """Build the cell again from its scene as it was loaded, with another `seed` if one is given; or
+        from another scene with the same robots: a shipped one by name, or the text of one. The next
+        command of a robot initialises it again."""
         receipt = await self._run(calls.reset(seed, scene, scene_text))
+        for robot in self._robots.values():
+            robot.forget_session()
         self.description = await self._run(calls.get_cell())
         return receipt
 
     async def save(self, name: str) -> Receipt:
-        """Keeps the state of the cell in the daemon."""
+        """Save the state of the cell in the daemon, replacing a state of that name."""
         return await self._run(calls.save_state(name))
 
     async def load(self, name: str) -> Receipt:
-        """Goes on from a saved state, bit for bit."""
+        """Continue from a saved state, bit for bit."""
         return await self._run(calls.load_state(name))
 
     async def forget(self, name: str) -> Receipt:
-        """Deletes a saved state."""
+        """Delete a saved state."""
         return await self._run(calls.delete_state(name))
 
     async def saved_states(self) -> list[SavedState]:
-        """In alphabetical order."""
+        """The saved states in alphabetical order."""
         return await self._run(calls.list_states())
 
-    async def robot(self, name: str, *, initialise: bool = True) -> Robot:
-        """A connection to a robot, made once and kept."""
+    async def robot(self, name: str) -> Robot:
+        """The connection to a robot, made once and kept. Connecting commands nothing: the robot goes on
+        with its work. Its first command, or `Robot.take`, initialises it, which ends that work."""
         if name in self._robots:
             return self._robots[name]
+        if self._closed:
+            raise self._closed_error()
         description = calls.robot_named(self.description, name)
         port = self.endpoints.crcl_port(name)
         robot = await Robot.connect(self, description, self.endpoints.host, port)
+        # Another task may have connected meanwhile.
+        if name in self._robots:
+            await robot.close()
+            return self._robots[name]
         self._robots[name] = robot
-        if initialise:
-            await robot.initialise()
         return robot
 
     async def set_conveyor(
@@ -423,33 +471,34 @@ class Cell(Channel):
         emergency_stop: bool | None = None,
         fault_reset: bool = False,
     ) -> snapshot_pb2.ConveyorState:
-        """Sets any of the belt drive's inputs."""
+        """Set inputs of the belt drive; None leaves an input unchanged. Returns the state of the belt."""
         return await self._run(
             calls.set_conveyor(run, forward, speed_m_s, emergency_stop, fault_reset)
         )
 
     async def scene_text(self) -> str:
-        """The scene as it is now, as a file has it (YAML); where bodies are is what they began with."""
+        """The present scene as YAML. Bodies have their initial poses."""
         return await self._run(calls.get_scene())
 
     async def spawn(self, type_name: str, name: str, X_WB: Array) -> BodyState:
-        """Puts down another gear or tray (`description.body_types`) at a pose in the world, or as much
-        higher as it takes to be clear of all else. This and the following last until a reset."""
+        """Add a gear or tray of a type of `description.body_types` at X_WB: the 4 x 4 pose of the body's
+        frame B in the world's frame W, with the position in metres in X_WB[:3, 3] (`aprsim.poses`).
+        An occupied place moves it up until it is free. Scene edits last until a reset."""
         body = await self._run(calls.spawn_body(type_name, name, X_WB))
         self.description = await self._run(calls.get_cell())
         return body
 
     async def move_body(self, name: str, X_WB: Array) -> BodyState:
-        """Puts a gear or tray down elsewhere, at rest, in the same way."""
+        """Move a gear or tray to the pose X_WB, at rest, as `spawn` does."""
         return await self._run(calls.move_body(name, X_WB))
 
     async def remove_body(self, name: str) -> Receipt:
-        """Takes a gear or tray out of the cell."""
+        """Remove a gear or tray from the cell."""
         return await self._run(calls.remove_body(name))
 
     async def set_scene_value(self, path: str, value: object) -> Receipt:
-        """Sets a value of the scene by the path of its keys, as "physics.friction.gear_tray": of
-        physics, types of gears and trays, and cameras. The cell goes on from where it is."""
+        """Set a value of the scene by the path of its keys, as "physics.friction.gear_tray". Physics,
+        types of gears and trays, and cameras have such values. The cell's state is unchanged."""
         receipt = await self._run(calls.set_scene_value(path, value))
         self.description = await self._run(calls.get_cell())
         return receipt
@@ -463,33 +512,34 @@ class Cell(Channel):
         when: faults.Trigger | None = None,
         duration_s: float | None = None,
     ) -> faults_pb2.InjectedFault:
-        """At the next step, or when its trigger comes."""
+        """Inject a fault at the next step, or at the trigger `when` (`aprsim.faults`). It lasts
+        `duration_s` of simulated time, or until `end_fault`."""
         return await self._run(
             calls.inject_fault(kind, target, parameters or {}, when, duration_s)
         )
 
     async def end_fault(self, identifier: int) -> Receipt:
-        """Ends one at the next step, or gives up one that waits."""
+        """End an active fault at the next step, or cancel a pending one."""
         return await self._run(calls.end_fault(identifier))
 
     async def report_event(self, event: str) -> Receipt:
-        """Tells the faults that wait for it."""
+        """Report an event by name: the trigger of faults with `faults.Reported`."""
         return await self._run(calls.report_event(event))
 
     async def fault_kinds(self) -> control_service_pb2.ListFaultKindsResponse:
-        """All kinds with their parameters."""
+        """All kinds with their parameters, and the quantities for `faults.Crossing` with their units."""
         return await self._run(calls.fault_kinds())
 
     # -- the past -----------------------------------------------------------------------------
 
     async def history(self) -> list[HistorySpan]:
-        """What is kept of the past, oldest first; the last span is of the present epoch."""
+        """The recorded spans of the past, oldest first; the last one belongs to the present epoch."""
         return await self._run(calls.get_history())
 
     async def past(
         self, step: int, epoch: int | None = None, fields: Sequence[str] = ()
     ) -> Snapshot:
-        """How the cell was after a step, bit for bit; of the present epoch unless another is said."""
+        """The snapshot after a past step, bit for bit, of the present epoch or of `epoch`."""
         return await self._run(calls.get_past(await self._epoch(epoch), step, fields))
 
     async def past_range(
@@ -500,42 +550,36 @@ class Cell(Channel):
         epoch: int | None = None,
         fields: Sequence[str] = (),
     ) -> AsyncIterator[Snapshot]:
-        """How it was from one step to another, every so many."""
+        """The snapshots from step `begin` to step `end`, one every `stride` steps."""
         request = calls.past_request(await self._epoch(epoch), begin, end, stride, fields)
-        call = self._stubs["History"].StreamPast(request, metadata=self._metadata)
-        try:
-            async for answer in call:
+        async with contextlib.aclosing(self._stream("History", "StreamPast", request)) as answers:
+            async for answer in answers:
                 yield Snapshot(answer.snapshot)
-        except grpc.RpcError as error:
-            raise self._error(error) from error
-        finally:
-            call.cancel()
 
     async def resume_from(self, step: int, epoch: int | None = None) -> Receipt:
-        """Puts the cell back to a moment of the past, from which it goes on, bit for bit."""
+        """Return the cell to a past step. It continues from there, bit for bit."""
         return await self._run(calls.resume_from(await self._epoch(epoch), step))
 
     async def bookmarks(self) -> list[Bookmark]:
-        """Moments worth finding again: set by somebody, or by the daemon at what happened."""
+        """Marked moments of the past: set by clients, or by the daemon at events."""
         return await self._run(calls.list_bookmarks())
 
     async def add_bookmark(self, step: int, text: str, epoch: int | None = None) -> Bookmark:
-        """Sets one."""
+        """Mark a past step with a text."""
         return await self._run(calls.add_bookmark(await self._epoch(epoch), step, text))
 
     async def remove_bookmark(self, identifier: int) -> None:
-        """Takes one away."""
+        """Remove a bookmark."""
         await self._run(calls.remove_bookmark(identifier))
 
     async def incident(self, last_s: float = 60.0) -> bytes:
-        """The latest of the run as one journal, as `aprsim.Cell.incident`."""
-        call = self._stubs["Journal"].GetIncident(
-            calls.incident_request(last_s), metadata=self._metadata
-        )
-        try:
-            return b"".join([piece.data async for piece in call])
-        except grpc.RpcError as error:
-            raise self._error(error) from error
+        """The last simulated seconds of the run as a journal for `aprsim replay`. It begins at the
+        latest checkpoint before them."""
+        request = calls.incident_request(last_s)
+        async with contextlib.aclosing(
+            self._stream("Journal", "GetIncident", request)
+        ) as answers:
+            return b"".join([piece.data async for piece in answers])
 
     async def _epoch(self, epoch: int | None) -> int:
         if epoch is not None:
@@ -543,11 +587,39 @@ class Cell(Channel):
         return int((await self._run(calls.get_snapshot(["epoch"]))).message.epoch)
 
     async def _run(self, call: calls.Call[T]) -> T:
-        stub = self._stubs[call.service]
+        open_call = self._stub(call.service, call.method)(
+            call.request, timeout=call.timeout_s, metadata=self._metadata
+        )
+        self._open_calls.add(open_call)
         try:
-            answer = await getattr(stub, call.method)(
-                call.request, timeout=call.timeout_s, metadata=self._metadata
-            )
+            return call.read(await open_call)
         except grpc.RpcError as error:
             raise self._error(error) from error
-        return call.read(answer)
+        except asyncio.CancelledError as error:
+            self._raise_if_closed(error)
+            raise
+        finally:
+            self._open_calls.discard(open_call)
+
+    async def _stream(
+        self, service: calls.Service, method: str, request: Any
+    ) -> AsyncGenerator[Any, None]:
+        call = self._stub(service, method)(request, metadata=self._metadata)
+        self._open_calls.add(call)
+        try:
+            async for answer in call:
+                yield answer
+        except grpc.RpcError as error:
+            raise self._error(error) from error
+        except asyncio.CancelledError as error:
+            self._raise_if_closed(error)
+            raise
+        finally:
+            call.cancel()
+            self._open_calls.discard(call)
+
+    def _raise_if_closed(self, error: BaseException) -> None:
+        """gRPC reports a call that `close` has cancelled as a cancelled task."""
+        task = asyncio.current_task()
+        if self._closed and (task is None or not task.cancelling()):
+            raise self._closed_error() from error

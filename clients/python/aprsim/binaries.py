@@ -12,8 +12,8 @@ FOLDER_VARIABLE = "APRSIM_BIN_DIR"
 
 
 def find_binary(name: str, folder: str | Path | None = None) -> str:
-    """Its path: in `folder`, else in APRSIM_BIN_DIR, else on PATH, else as the tree's preset `release`
-    builds it. Raises AprsimError with the places."""
+    """The path of a program: in `folder`, else in APRSIM_BIN_DIR, else on PATH, else in the tree's build of
+    the preset `release`. Raises AprsimError with the places that were searched."""
     chosen = folder or os.environ.get(FOLDER_VARIABLE)
     if chosen:
         places = [Path(chosen) / name]

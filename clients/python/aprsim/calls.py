@@ -1,5 +1,5 @@
-"""The calls of the cell's gRPC services: what is asked, and what of the answer is handed on. Shared by
-the blocking and the asyncio cell, which only carry them out."""
+"""The calls of the cell's gRPC services: requests from checked arguments, and results from answers.
+The blocking and the asyncio cell share them and only perform them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Callable, Generic, Literal, Mapping, Sequ
 
 import grpc
 
-from . import events, faults
+from . import arguments, events, faults
 from .endpoints import Endpoints
 from .errors import AprsimError, Refused, TimedOut, Unreachable
 from .events import Event, Happens
@@ -26,11 +26,12 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 Service = Literal["Control", "Telemetry", "History", "Journal"]
 
-_TIMEOUT_S = 60.0  # a daemon that is gone is told at once; one on a busy machine is waited for
-_STEP_S = 0.01  # that one step may take at most
-_RUN_S = 3600.0  # that a run may take at most
-_MAX_MESSAGE_BYTES = 64 << 20
-CHANNEL_OPTIONS = [("grpc.max_receive_message_length", _MAX_MESSAGE_BYTES)]
+_TIMEOUT_S = 60.0  # generous for a busy machine; a missing daemon is an error at once
+_STEP_S = 0.01  # allowance for one step
+_RUN_S = 3600.0  # allowance for a run
+PAUSE_S = 5.0
+"""Allowance for the pause after a cancelled run."""
+_MOST = (1 << 64) - 1  # largest value of a uint64 field
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class SavedState:
 
 @dataclass(frozen=True)
 class HistorySpan:
-    """What is kept of the past between two resets or loads."""
+    """The recorded part of one epoch: the time between two resets or loads."""
 
     epoch: int
     first_step: int
@@ -64,12 +65,12 @@ class HistorySpan:
     last_time_s: float
     seed: int
     loaded_state: str | None
-    """That it began with; None = a reset."""
+    """Name of the state that the epoch began with; None = a reset."""
 
 
 @dataclass(frozen=True)
 class Bookmark:
-    """A moment worth finding again."""
+    """A marked moment."""
 
     identifier: int
     epoch: int
@@ -85,7 +86,7 @@ class Call(Generic[T]):
     """One unary call."""
 
     service: Service
-    """Of the package, without the word Service."""
+    """Name of the gRPC service without the word Service."""
     method: str
     request: Any
     read: Callable[[Any], T]
@@ -93,12 +94,12 @@ class Call(Generic[T]):
 
 
 def metadata_of(endpoints: Endpoints) -> list[tuple[str, str]]:
-    """What goes with every call."""
+    """The metadata of every call."""
     return [("authorization", f"Bearer {endpoints.token}")] if endpoints.token else []
 
 
 def credentials_of(endpoints: Endpoints) -> Any:
-    """Of an encrypted channel; None = it is not encrypted."""
+    """The credentials of an encrypted channel; None = it is not encrypted."""
     encryption = endpoints.encryption
     if encryption is None:
         return None
@@ -122,6 +123,14 @@ def _control(
     return Call("Control", method, request, read, _TIMEOUT_S if timeout_s is None else timeout_s)
 
 
+def _timeout(timeout_s: float | None, default: float) -> float:
+    return default if timeout_s is None else arguments.number("timeout_s", timeout_s, "s", above=0)
+
+
+def _identified(request: Callable[..., Any], identifier: int) -> Any:
+    return request(id=arguments.whole("identifier", identifier, 0, _MOST))
+
+
 def _receipt(answer: Any) -> Receipt:
     receipt = answer.receipt
     return Receipt(receipt.ticket, receipt.epoch, receipt.step, seconds(receipt.sim_time))
@@ -132,8 +141,9 @@ def _snapshot(answer: Any) -> Snapshot:
 
 
 def _paths(fields: Sequence[str]) -> list[str]:
-    """Whether the cell is paused is always asked for."""
-    return [*fields, "paused"] if fields else []
+    """The field `paused` is always requested."""
+    paths = arguments.texts("fields", fields)
+    return [*paths, "paused"] if paths else []
 
 
 def robot_named(cell: cell_pb2.CellDescription, name: str) -> cell_pb2.RobotDescription:
@@ -146,17 +156,17 @@ def robot_named(cell: cell_pb2.CellDescription, name: str) -> cell_pb2.RobotDesc
 
 
 def get_snapshot(fields: Sequence[str], entities: Sequence[str] = ()) -> Call[Snapshot]:
-    request = telemetry.GetSnapshotRequest(entities=entities)
+    request = telemetry.GetSnapshotRequest(entities=arguments.texts("entities", entities))
     request.read_mask.paths.extend(_paths(fields))
     return Call("Telemetry", "GetSnapshot", request, _snapshot)
 
 
 def stream_request(hz: float | None, fields: Sequence[str], entities: Sequence[str]) -> Any:
-    request = telemetry.StreamSnapshotsRequest(entities=entities)
+    request = telemetry.StreamSnapshotsRequest(entities=arguments.texts("entities", entities))
     if hz is None:
         request.every_step = True
     else:
-        request.rate_hz = hz
+        request.rate_hz = arguments.number("hz", hz, "Hz")
     request.read_mask.paths.extend(_paths(fields))
     return request
 
@@ -169,10 +179,13 @@ def events_request(
     past_only: bool,
 ) -> Any:
     request = telemetry.StreamEventsRequest(
-        kinds=events.kind_numbers(kinds), names=names, allow_gap=allow_gap, past_only=past_only
+        kinds=events.kind_numbers(kinds),
+        names=arguments.texts("names", names),
+        allow_gap=arguments.truth("allow_gap", allow_gap),
+        past_only=arguments.truth("past_only", past_only),
     )
     if after is not None or past_only:
-        request.after = after or 0
+        request.after = arguments.whole("after", after or 0, 0, _MOST)
     return request
 
 
@@ -183,8 +196,8 @@ def get_cell() -> Call[cell_pb2.CellDescription]:
     return Call("Telemetry", "GetCell", telemetry.GetCellRequest(), read)
 
 
-def pause() -> Call[Receipt]:
-    return _control("Pause", control.PauseRequest(), _receipt)
+def pause(timeout_s: float | None = None) -> Call[Receipt]:
+    return _control("Pause", control.PauseRequest(), _receipt, timeout_s)
 
 
 def resume() -> Call[Receipt]:
@@ -192,25 +205,24 @@ def resume() -> Call[Receipt]:
 
 
 def step(steps: int, fields: Sequence[str], timeout_s: float | None) -> Call[Snapshot]:
-    if steps < 1:
-        raise AprsimError(f"steps: {steps}, where 1 or more is expected")
-    request = control.StepRequest(steps=steps)
-    request.read_mask.paths.extend(fields)
+    count = arguments.whole("steps", steps, 1, _MOST)
+    request = control.StepRequest(steps=count)
+    request.read_mask.paths.extend(arguments.texts("fields", fields))
     request.read_mask.SetInParent()
-    limit = _TIMEOUT_S + _STEP_S * steps if timeout_s is None else timeout_s
+    limit = _timeout(timeout_s, _TIMEOUT_S + _STEP_S * count)
     return _control("Step", request, _snapshot, limit)
 
 
 @dataclass(frozen=True)
 class Run:
-    """How a run has ended."""
+    """The end of a run."""
 
     met: bool
-    """Its condition holds; else all its steps have been taken."""
+    """The condition holds; else all steps have been taken."""
     event: Event | None
-    """What it ended at, where that was an event."""
+    """The event that ended the run, if one did."""
     snapshot: Snapshot
-    """The cell there."""
+    """The cell at the end of the run."""
 
 
 def run_until(
@@ -219,16 +231,18 @@ def run_until(
     fields: Sequence[str],
     timeout_s: float | None,
 ) -> Call[Run]:
-    request = control.RunUntilRequest(max_steps=max_steps)
-    request.read_mask.paths.extend(fields)
+    request = control.RunUntilRequest(max_steps=arguments.whole("max_steps", max_steps, 0, _MOST))
+    request.read_mask.paths.extend(arguments.texts("fields", fields))
     request.read_mask.SetInParent()
     if isinstance(until, Happens):
         request.event.kinds.extend(events.kind_numbers(until.kinds))
-        request.event.names.extend(until.names)
+        request.event.names.extend(arguments.texts("names", until.names))
         request.event.SetInParent()
     elif isinstance(until, faults.Crossing):
         faults.set_crossing(request.crossing, until)
     elif until is not None:
+        if isinstance(until, str):
+            raise arguments.wrong("until", until, "a time in s, Happens([...]) or faults.Crossing(...)")
         faults.set_duration(request.time, "until", until)
 
     def read(answer: Any) -> Run:
@@ -236,19 +250,24 @@ def run_until(
         met = answer.outcome == control.RUN_OUTCOME_MET
         return Run(met, happened, Snapshot(answer.snapshot))
 
-    return _control("RunUntil", request, read, _RUN_S if timeout_s is None else timeout_s)
+    return _control("RunUntil", request, read, _timeout(timeout_s, _RUN_S))
 
 
 def set_speed(factor: float) -> Call[Receipt]:
-    if math.isinf(factor) and factor > 0:
+    if isinstance(factor, float) and factor == math.inf:
         return _control("SetSpeed", control.SetSpeedRequest(maximum=True), _receipt)
-    return _control("SetSpeed", control.SetSpeedRequest(factor=factor), _receipt)
+    value = arguments.number("factor", factor, "simulated seconds per second, or math.inf")
+    return _control("SetSpeed", control.SetSpeedRequest(factor=value), _receipt)
 
 
 def reset(seed: int | None, scene: str | None, scene_text: str | None) -> Call[Receipt]:
     if scene is not None and scene_text is not None:
         raise AprsimError("reset: one of scene and scene_text is expected, not both")
-    request = control.ResetRequest(seed=seed, scene_name=scene, scene_text=scene_text)
+    request = control.ResetRequest(
+        seed=None if seed is None else arguments.whole("seed", seed, 0, _MOST),
+        scene_name=None if scene is None else arguments.text("scene", scene),
+        scene_text=None if scene_text is None else arguments.text("scene_text", scene_text),
+    )
     return _control("Reset", request, _receipt)
 
 
@@ -259,39 +278,51 @@ def get_scene() -> Call[str]:
     return Call("Telemetry", "GetScene", telemetry.GetSceneRequest(), read)
 
 
+def _named(request: Callable[..., Any], name: str) -> Any:
+    return request(name=arguments.text("name", name))
+
+
 def _body(answer: Any) -> BodyState:
     return BodyState(answer.body)
 
 
 def spawn_body(type_name: str, name: str, X_WB: Array) -> Call[BodyState]:
-    request = control.SpawnBodyRequest(type=type_name, name=name, body_in_world=pose_message(X_WB))
+    request = control.SpawnBodyRequest(
+        type=arguments.text("type_name", type_name),
+        name=arguments.text("name", name),
+        body_in_world=pose_message(arguments.pose("X_WB", X_WB)),
+    )
     return _control("SpawnBody", request, _body)
 
 
 def move_body(name: str, X_WB: Array) -> Call[BodyState]:
-    request = control.MoveBodyRequest(name=name, body_in_world=pose_message(X_WB))
+    request = control.MoveBodyRequest(
+        name=arguments.text("name", name),
+        body_in_world=pose_message(arguments.pose("X_WB", X_WB)),
+    )
     return _control("MoveBody", request, _body)
 
 
 def remove_body(name: str) -> Call[Receipt]:
-    return _control("RemoveBody", control.RemoveBodyRequest(name=name), _receipt)
+    return _control("RemoveBody", _named(control.RemoveBodyRequest, name), _receipt)
 
 
 def set_scene_value(path: str, value: object) -> Call[Receipt]:
     text = str(value).lower() if isinstance(value, bool) else str(value)
-    return _control("SetSceneValue", control.SetSceneValueRequest(path=path, value=text), _receipt)
+    request = control.SetSceneValueRequest(path=arguments.text("path", path), value=text)
+    return _control("SetSceneValue", request, _receipt)
 
 
 def save_state(name: str) -> Call[Receipt]:
-    return _control("SaveState", control.SaveStateRequest(name=name), _receipt)
+    return _control("SaveState", _named(control.SaveStateRequest, name), _receipt)
 
 
 def load_state(name: str) -> Call[Receipt]:
-    return _control("LoadState", control.LoadStateRequest(name=name), _receipt)
+    return _control("LoadState", _named(control.LoadStateRequest, name), _receipt)
 
 
 def delete_state(name: str) -> Call[Receipt]:
-    return _control("DeleteState", control.DeleteStateRequest(name=name), _receipt)
+    return _control("DeleteState", _named(control.DeleteStateRequest, name), _receipt)
 
 
 def list_states() -> Call[list[SavedState]]:
@@ -311,16 +342,18 @@ def set_conveyor(
     emergency_stop: bool | None,
     fault_reset: bool,
 ) -> Call[snapshot_pb2.ConveyorState]:
-    request = control.SetConveyorRequest(fault_reset=fault_reset)
+    request = control.SetConveyorRequest(fault_reset=arguments.truth("fault_reset", fault_reset))
     if run is not None:
-        request.run = run
+        request.run = arguments.truth("run", run)
     if speed_m_s is not None:
-        request.speed_m_s = speed_m_s
+        request.speed_m_s = arguments.number("speed_m_s", speed_m_s, "m/s")
     if emergency_stop is not None:
-        request.emergency_stop = emergency_stop
+        request.emergency_stop = arguments.truth("emergency_stop", emergency_stop)
     if forward is not None:
         request.direction = (
-            control.CONVEYOR_DIRECTION_FORWARD if forward else control.CONVEYOR_DIRECTION_REVERSE
+            control.CONVEYOR_DIRECTION_FORWARD
+            if arguments.truth("forward", forward)
+            else control.CONVEYOR_DIRECTION_REVERSE
         )
 
     def read(answer: control.SetConveyorResponse) -> snapshot_pb2.ConveyorState:
@@ -345,11 +378,12 @@ def inject_fault(
 
 
 def end_fault(identifier: int) -> Call[Receipt]:
-    return _control("EndFault", control.EndFaultRequest(id=identifier), _receipt)
+    return _control("EndFault", _identified(control.EndFaultRequest, identifier), _receipt)
 
 
 def report_event(event: str) -> Call[Receipt]:
-    return _control("ReportEvent", control.ReportEventRequest(event=event), _receipt)
+    request = control.ReportEventRequest(event=arguments.text("event", event))
+    return _control("ReportEvent", request, _receipt)
 
 
 def fault_kinds() -> Call[control.ListFaultKindsResponse]:
@@ -378,17 +412,26 @@ def get_history() -> Call[list[HistorySpan]]:
     return Call("History", "GetHistory", past.GetHistoryRequest(), read)
 
 
+def _moment(epoch: int, step: int, name: str = "step") -> past.Moment:
+    return past.Moment(
+        epoch=arguments.whole("epoch", epoch, 0, _MOST),
+        step=arguments.whole(name, step, 0, _MOST),
+    )
+
+
 def get_past(epoch: int, step: int, fields: Sequence[str]) -> Call[Snapshot]:
-    request = past.GetPastSnapshotRequest(moment=past.Moment(epoch=epoch, step=step))
-    request.read_mask.paths.extend(fields)
+    request = past.GetPastSnapshotRequest(moment=_moment(epoch, step))
+    request.read_mask.paths.extend(arguments.texts("fields", fields))
     return Call("History", "GetPastSnapshot", request, _snapshot)
 
 
 def past_request(epoch: int, begin: int, end: int, stride: int, fields: Sequence[str]) -> Any:
     request = past.StreamPastRequest(
-        begin=past.Moment(epoch=epoch, step=begin), end_step=end, stride=stride
+        begin=_moment(epoch, begin, "begin"),
+        end_step=arguments.whole("end", end, 0, _MOST),
+        stride=arguments.whole("stride", stride, 1, _MOST),
     )
-    request.read_mask.paths.extend(fields)
+    request.read_mask.paths.extend(arguments.texts("fields", fields))
     return request
 
 
@@ -399,7 +442,7 @@ def incident_request(last_s: float) -> Any:
 
 
 def resume_from(epoch: int, step: int) -> Call[Receipt]:
-    request = past.ResumeFromRequest(moment=past.Moment(epoch=epoch, step=step))
+    request = past.ResumeFromRequest(moment=_moment(epoch, step))
     return Call("History", "ResumeFrom", request, _receipt)
 
 
@@ -420,7 +463,8 @@ def add_bookmark(epoch: int, step: int, text: str) -> Call[Bookmark]:
     def read(answer: past.AddBookmarkResponse) -> Bookmark:
         return _bookmark(answer.bookmark)
 
-    request = past.AddBookmarkRequest(moment=past.Moment(epoch=epoch, step=step), text=text)
+    words = arguments.text("text", text)
+    request = past.AddBookmarkRequest(moment=_moment(epoch, step), text=words)
     return Call("History", "AddBookmark", request, read)
 
 
@@ -428,4 +472,5 @@ def remove_bookmark(identifier: int) -> Call[None]:
     def read(_: Any) -> None:
         return None
 
-    return Call("History", "RemoveBookmark", past.RemoveBookmarkRequest(id=identifier), read)
+    request = _identified(past.RemoveBookmarkRequest, identifier)
+    return Call("History", "RemoveBookmark", request, read)

@@ -1,7 +1,8 @@
-"""The cell, for programs that wait for each call."""
+"""The cell for blocking programs."""
 
 from __future__ import annotations
 
+import contextlib
 import math
 from pathlib import Path
 from types import TracebackType
@@ -13,6 +14,7 @@ from . import calls, faults
 from .calls import Bookmark, HistorySpan, Receipt, Run, SavedState
 from .channel import Channel
 from .endpoints import Endpoints, find_endpoints
+from .errors import AprsimError, TimedOut
 from .events import Event, Happens, event
 from .poses import Array
 from .robot import Robot
@@ -25,17 +27,17 @@ T = TypeVar("T")
 
 
 class Cell(Channel):
-    """A running cell. Robots are commanded by `robot(name)`, all else here. Errors: Unreachable,
-    TimedOut, Refused with the cell's own words. Units are SI. Thread: any; a stream belongs to who
-    reads it, a robot to one thread at a time."""
+    """A running cell. `robot(name)` commands a robot; the methods here do everything else. Errors:
+    BadArgument, Unreachable, TimedOut, and Refused with the cell's text. Units are SI. A pose X_WB is a
+    4 x 4 matrix: the body's frame B in the world's frame W (`aprsim.poses`). Thread: any; a stream
+    belongs to its reader, a robot to one thread at a time."""
 
     def __init__(self, endpoints: Endpoints) -> None:
         super().__init__(endpoints, grpc)
         self._robots: dict[str, Robot] = {}
         self.description: cell_pb2.CellDescription = self._run(calls.get_cell())
-        """What does not change between two resets."""
-        size = self.description.step_size
-        self.step_s: float = seconds(size)
+        """Robots, bodies, belt and cameras: the part that is constant between two resets."""
+        self.step_s: float = seconds(self.description.step_size)
         """Simulated time of one step."""
         self.snapshot(["paused"])
 
@@ -53,10 +55,11 @@ class Cell(Channel):
         certificate: str | Path | None = None,
         key: str | Path | None = None,
     ) -> Cell:
-        """To the cell of a ports file, else of the one that APRSIM_PORTS_FILE names, else at the
-        default ports of this machine; single choices go over that. The token: the first line of
-        `token_file`, else APRSIM_TOKEN. Encrypted gRPC: `ca`, and `certificate` with `key` where the
-        daemon asks for them, name files in PEM (else APRSIM_CA, APRSIM_CERTIFICATE, APRSIM_KEY)."""
+        """Connect to the cell of a ports file, else of the file in APRSIM_PORTS_FILE, else to the
+        default ports of this machine. `host` and the ports override these; an IPv6 host may have
+        brackets. `token_file` is a file whose first line is the token (default: APRSIM_TOKEN). `ca`,
+        `certificate` and `key` are PEM files for encrypted gRPC (default: APRSIM_CA, APRSIM_CERTIFICATE,
+        APRSIM_KEY). A cell on this machine is reached without the proxy of the environment."""
         return cls(
             find_endpoints(
                 ports_file,
@@ -83,35 +86,31 @@ class Cell(Channel):
         self.close()
 
     def close(self) -> None:
-        """Hangs up, robots included. The cell goes on."""
+        """Disconnect, robots included. The cell continues. Waiting calls and streams in other threads
+        end with Unreachable."""
+        self._cancel_open_calls()
         for robot in self._robots.values():
             robot.close()
         self._robots.clear()
         self._channel.close()
 
-    # -- what is seen -------------------------------------------------------------------------
+    # -- snapshots and events -----------------------------------------------------------------
 
     def snapshot(self, fields: Sequence[str] = (), entities: Sequence[str] = ()) -> Snapshot:
-        """The latest one. `fields`: paths of fields of `Snapshot` in the messages, as "robots" or
-        "robots.joints.position_rad"; `entities`: names of robots, bodies and tools. All when empty."""
+        """The latest snapshot. `fields` selects paths of the message `Snapshot`, as "robots" or
+        "robots.joints.position_rad"; `entities` selects robots, bodies and tools by name. Empty means
+        all."""
         return self._seen(self._run(calls.get_snapshot(fields, entities)))
 
     def stream(
         self, hz: float | None = 20.0, fields: Sequence[str] = (), entities: Sequence[str] = ()
     ) -> Iterator[Snapshot]:
-        """Snapshots at a steady wall-clock rate, at most 1000 a second, until the loop ends. A reader
-        that is too slow misses some and gets the latest. `hz=None`: every step, none left out; one
-        that is too far behind is Refused."""
-        call = self._stubs["Telemetry"].StreamSnapshots(
-            calls.stream_request(hz, fields, entities), metadata=self._metadata
-        )
-        try:
-            for answer in call:
-                yield self._seen(Snapshot(answer.snapshot))
-        except grpc.RpcError as error:
-            raise self._error(error) from error
-        finally:
-            call.cancel()
+        """Snapshots at `hz` per second of wall time, at most 1000, until the loop ends. A slow reader
+        misses some and gets the latest. `hz=None` sends every step; a reader that falls too far behind
+        gets Refused."""
+        request = calls.stream_request(hz, fields, entities)
+        for answer in self._stream("Telemetry", "StreamSnapshots", request):
+            yield self._seen(Snapshot(answer.snapshot))
 
     def events(
         self,
@@ -122,30 +121,24 @@ class Cell(Channel):
         allow_gap: bool = False,
         past_only: bool = False,
     ) -> Iterator[Event]:
-        """What happens in the cell, in its order, until the loop ends. From now on, or all with
-        greater numbers than `after`; only of some kinds (`events.KINDS`), or in which some things
-        take part. Refused when what is asked for is not kept any more, unless `allow_gap`.
-        `past_only`: those that are kept."""
+        """Events of the cell in their order, until the loop ends: new ones, or those with a sequence
+        number above `after`. `kinds` (see `events.KINDS`) and `names` of participants select events.
+        `past_only` ends after the recorded events. Refused when requested events are not recorded any
+        more, unless `allow_gap`."""
         request = calls.events_request(after, kinds, names, allow_gap, past_only)
-        call = self._stubs["Telemetry"].StreamEvents(request, metadata=self._metadata)
-        try:
-            for answer in call:
-                yield event(answer.event, answer.lost)
-        except grpc.RpcError as error:
-            raise self._error(error) from error
-        finally:
-            call.cancel()
+        for answer in self._stream("Telemetry", "StreamEvents", request):
+            yield event(answer.event, answer.lost)
 
     # -- time ---------------------------------------------------------------------------------
 
     def pause(self) -> Receipt:
-        """No step is taken until told."""
+        """Stop stepping."""
         receipt = self._run(calls.pause())
         self.paused = True
         return receipt
 
     def resume(self) -> Receipt:
-        """Steps at the set speed."""
+        """Continue at the set speed."""
         receipt = self._run(calls.resume())
         self.paused = False
         return receipt
@@ -153,11 +146,11 @@ class Cell(Channel):
     def step(
         self, steps: int = 1, fields: Sequence[str] = (), *, timeout_s: float | None = None
     ) -> Snapshot:
-        """Takes exactly so many steps of a paused cell; the snapshot after the last."""
+        """Step a paused cell `steps` times. Returns the snapshot after the last step."""
         return self._run(calls.step(steps, fields, timeout_s))
 
     def advance(self, steps: int) -> None:
-        """As `step`, without a snapshot of all."""
+        """Step a paused cell `steps` times without a snapshot."""
         self._run(calls.step(steps, ["step"], None))
 
     def run_until(
@@ -168,18 +161,26 @@ class Cell(Channel):
         fields: Sequence[str] = (),
         timeout_s: float | None = None,
     ) -> Run:
-        """Takes steps at the set speed until a simulated time, an event or a quantity beyond a limit,
-        or so many steps, and pauses. Refused (ABORTED) when something else pauses the cell."""
-        run = self._run(calls.run_until(until, max_steps, fields, timeout_s))
+        """Run at the set speed until a simulated time [s], an event, a quantity's limit or `max_steps`
+        steps, then pause. Refused (ABORTED) when another client pauses the cell. A run that is
+        interrupted or exceeds `timeout_s` leaves the cell paused, as `paused` then says."""
+        call = calls.run_until(until, max_steps, fields, timeout_s)
+        try:
+            run = self._run_interruptible(call)
+        except (TimedOut, KeyboardInterrupt):
+            with contextlib.suppress(AprsimError):
+                self._run(calls.pause(calls.PAUSE_S))
+            self.paused = True
+            raise
         self.paused = True
         return run
 
     def set_speed(self, factor: float) -> Receipt:
-        """Ratio of simulated to wall time; math.inf = as fast as possible."""
+        """Set the ratio of simulated to wall time; math.inf means as fast as possible."""
         return self._run(calls.set_speed(factor))
 
     def run_at_full_speed(self) -> Receipt:
-        """As fast as possible."""
+        """Run as fast as possible."""
         return self.set_speed(math.inf)
 
     # -- states -------------------------------------------------------------------------------
@@ -191,39 +192,41 @@ class Cell(Channel):
         scene: str | None = None,
         scene_text: str | None = None,
     ) -> Receipt:
-        """Builds the cell anew from its scene as it was loaded, with another seed if one is given; or
-        from another scene with the same robots: one that comes with the daemon, by name, or the text
-        of one. Robots then have to be initialised."""
+        """Build the cell again from its scene as it was loaded, with another `seed` if one is given; or
+        from another scene with the same robots: a shipped one by name, or the text of one. The next
+        command of a robot initialises it again."""
         receipt = self._run(calls.reset(seed, scene, scene_text))
+        for robot in self._robots.values():
+            robot.forget_session()
         self.description = self._run(calls.get_cell())
         return receipt
 
     def save(self, name: str) -> Receipt:
-        """Keeps the state of the cell in the daemon, in place of what had the name."""
+        """Save the state of the cell in the daemon, replacing a state of that name."""
         return self._run(calls.save_state(name))
 
     def load(self, name: str) -> Receipt:
-        """Goes on from a saved state, bit for bit."""
+        """Continue from a saved state, bit for bit."""
         return self._run(calls.load_state(name))
 
     def forget(self, name: str) -> Receipt:
-        """Deletes a saved state."""
+        """Delete a saved state."""
         return self._run(calls.delete_state(name))
 
     def saved_states(self) -> list[SavedState]:
-        """In alphabetical order."""
+        """The saved states in alphabetical order."""
         return self._run(calls.list_states())
 
     # -- the past -----------------------------------------------------------------------------
 
     def history(self) -> list[HistorySpan]:
-        """What is kept of the past, oldest first; the last span is of the present epoch."""
+        """The recorded spans of the past, oldest first; the last one belongs to the present epoch."""
         return self._run(calls.get_history())
 
     def past(
         self, step: int, epoch: int | None = None, fields: Sequence[str] = ()
     ) -> Snapshot:
-        """How the cell was after a step, bit for bit; of the present epoch unless another is said."""
+        """The snapshot after a past step, bit for bit, of the present epoch or of `epoch`."""
         return self._run(calls.get_past(self._epoch(epoch), step, fields))
 
     def past_range(
@@ -234,31 +237,25 @@ class Cell(Channel):
         epoch: int | None = None,
         fields: Sequence[str] = (),
     ) -> Iterator[Snapshot]:
-        """How it was from one step to another, every so many."""
+        """The snapshots from step `begin` to step `end`, one every `stride` steps."""
         request = calls.past_request(self._epoch(epoch), begin, end, stride, fields)
-        call = self._stubs["History"].StreamPast(request, metadata=self._metadata)
-        try:
-            for answer in call:
-                yield Snapshot(answer.snapshot)
-        except grpc.RpcError as error:
-            raise self._error(error) from error
-        finally:
-            call.cancel()
+        for answer in self._stream("History", "StreamPast", request):
+            yield Snapshot(answer.snapshot)
 
     def resume_from(self, step: int, epoch: int | None = None) -> Receipt:
-        """Puts the cell back to a moment of the past, from which it goes on, bit for bit."""
+        """Return the cell to a past step. It continues from there, bit for bit."""
         return self._run(calls.resume_from(self._epoch(epoch), step))
 
     def bookmarks(self) -> list[Bookmark]:
-        """Moments worth finding again: set by somebody, or by the daemon at what happened."""
+        """Marked moments of the past: set by clients, or by the daemon at events."""
         return self._run(calls.list_bookmarks())
 
     def add_bookmark(self, step: int, text: str, epoch: int | None = None) -> Bookmark:
-        """Sets one."""
+        """Mark a past step with a text."""
         return self._run(calls.add_bookmark(self._epoch(epoch), step, text))
 
     def remove_bookmark(self, identifier: int) -> None:
-        """Takes one away."""
+        """Remove a bookmark."""
         self._run(calls.remove_bookmark(identifier))
 
     def _epoch(self, epoch: int | None) -> int:
@@ -267,28 +264,23 @@ class Cell(Channel):
         return int((self._run(calls.get_snapshot(["epoch"]))).message.epoch)
 
     def incident(self, last_s: float = 60.0) -> bytes:
-        """The latest of the run as one journal, which `aprsim replay` runs again anywhere: from the
-        last checkpoint on before so much simulated time."""
-        call = self._stubs["Journal"].GetIncident(
-            calls.incident_request(last_s), metadata=self._metadata
-        )
-        try:
-            return b"".join(piece.data for piece in call)
-        except grpc.RpcError as error:
-            raise self._error(error) from error
+        """The last simulated seconds of the run as a journal for `aprsim replay`. It begins at the
+        latest checkpoint before them."""
+        request = calls.incident_request(last_s)
+        return b"".join(piece.data for piece in self._stream("Journal", "GetIncident", request))
 
     # -- robots and belt ----------------------------------------------------------------------
 
-    def robot(self, name: str, *, initialise: bool = True) -> Robot:
-        """A connection to a robot, made once and kept. It is initialised, which ends what it does;
-        `initialise=False` leaves that to the caller."""
+    def robot(self, name: str) -> Robot:
+        """The connection to a robot, made once and kept. Connecting commands nothing: the robot goes on
+        with its work. Its first command, or `Robot.take`, initialises it, which ends that work."""
         if name in self._robots:
             return self._robots[name]
+        if self._closed:
+            raise self._closed_error()
         description = calls.robot_named(self.description, name)
         robot = Robot(self, description, self.endpoints.host, self.endpoints.crcl_port(name))
         self._robots[name] = robot
-        if initialise:
-            robot.initialise()
         return robot
 
     def set_conveyor(
@@ -300,7 +292,7 @@ class Cell(Channel):
         emergency_stop: bool | None = None,
         fault_reset: bool = False,
     ) -> snapshot_pb2.ConveyorState:
-        """Sets any of the belt drive's inputs; the belt as it is then."""
+        """Set inputs of the belt drive; None leaves an input unchanged. Returns the state of the belt."""
         return self._run(
             calls.set_conveyor(run, forward, speed_m_s, emergency_stop, fault_reset)
         )
@@ -308,27 +300,28 @@ class Cell(Channel):
     # -- the scene ----------------------------------------------------------------------------
 
     def scene_text(self) -> str:
-        """The scene as it is now, as a file has it (YAML); where bodies are is what they began with."""
+        """The present scene as YAML. Bodies have their initial poses."""
         return self._run(calls.get_scene())
 
     def spawn(self, type_name: str, name: str, X_WB: Array) -> BodyState:
-        """Puts down another gear or tray (`description.body_types`) at a pose in the world, or as much
-        higher as it takes to be clear of all else. This and the following last until a reset."""
+        """Add a gear or tray of a type of `description.body_types` at X_WB: the 4 x 4 pose of the body's
+        frame B in the world's frame W, with the position in metres in X_WB[:3, 3] (`aprsim.poses`).
+        An occupied place moves it up until it is free. Scene edits last until a reset."""
         body = self._run(calls.spawn_body(type_name, name, X_WB))
         self.description = self._run(calls.get_cell())
         return body
 
     def move_body(self, name: str, X_WB: Array) -> BodyState:
-        """Puts a gear or tray down elsewhere, at rest, in the same way."""
+        """Move a gear or tray to the pose X_WB, at rest, as `spawn` does."""
         return self._run(calls.move_body(name, X_WB))
 
     def remove_body(self, name: str) -> Receipt:
-        """Takes a gear or tray out of the cell."""
+        """Remove a gear or tray from the cell."""
         return self._run(calls.remove_body(name))
 
     def set_scene_value(self, path: str, value: object) -> Receipt:
-        """Sets a value of the scene by the path of its keys, as "physics.friction.gear_tray": of
-        physics, types of gears and trays, and cameras. The cell goes on from where it is."""
+        """Set a value of the scene by the path of its keys, as "physics.friction.gear_tray". Physics,
+        types of gears and trays, and cameras have such values. The cell's state is unchanged."""
         receipt = self._run(calls.set_scene_value(path, value))
         self.description = self._run(calls.get_cell())
         return receipt
@@ -344,29 +337,57 @@ class Cell(Channel):
         when: faults.Trigger | None = None,
         duration_s: float | None = None,
     ) -> faults_pb2.InjectedFault:
-        """At the next step, or when its trigger comes, for a while or until `end_fault`."""
+        """Inject a fault at the next step, or at the trigger `when` (`aprsim.faults`). It lasts
+        `duration_s` of simulated time, or until `end_fault`."""
         return self._run(calls.inject_fault(kind, target, parameters or {}, when, duration_s))
 
     def end_fault(self, identifier: int) -> Receipt:
-        """Ends one at the next step, or gives up one that waits."""
+        """End an active fault at the next step, or cancel a pending one."""
         return self._run(calls.end_fault(identifier))
 
     def report_event(self, event: str) -> Receipt:
-        """Tells the faults that wait for it (`faults.Reported`)."""
+        """Report an event by name: the trigger of faults with `faults.Reported`."""
         return self._run(calls.report_event(event))
 
     def fault_kinds(self) -> control_service_pb2.ListFaultKindsResponse:
-        """All kinds with their parameters, and the quantities that `faults.Crossing` knows."""
+        """All kinds with their parameters, and the quantities for `faults.Crossing` with their units."""
         return self._run(calls.fault_kinds())
 
-    # -----------------------------------------------------------------------------------------
+    # -- calls --------------------------------------------------------------------------------
 
     def _run(self, call: calls.Call[T]) -> T:
-        stub = self._stubs[call.service]
         try:
-            answer = getattr(stub, call.method)(
+            answer = self._stub(call.service, call.method)(
                 call.request, timeout=call.timeout_s, metadata=self._metadata
             )
         except grpc.RpcError as error:
             raise self._error(error) from error
         return call.read(answer)
+
+    def _run_interruptible(self, call: calls.Call[T]) -> T:
+        """The same for a long call, which an interrupt of the wait cancels at the daemon."""
+        open_call = self._stub(call.service, call.method).future(
+            call.request, timeout=call.timeout_s, metadata=self._metadata
+        )
+        self._open_calls.add(open_call)
+        try:
+            return call.read(open_call.result())
+        except grpc.FutureCancelledError as error:
+            raise self._closed_error() from error
+        except grpc.RpcError as error:
+            raise self._error(error) from error
+        finally:
+            open_call.cancel()
+            self._open_calls.discard(open_call)
+
+    def _stream(self, service: calls.Service, method: str, request: Any) -> Iterator[Any]:
+        call = self._stub(service, method)(request, metadata=self._metadata)
+        self._open_calls.add(call)
+        try:
+            for answer in call:
+                yield answer
+        except grpc.RpcError as error:
+            raise self._error(error) from error
+        finally:
+            call.cancel()
+            self._open_calls.discard(call)

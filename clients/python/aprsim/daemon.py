@@ -1,23 +1,28 @@
-"""A daemon of one's own, on free ports, for as long as a program needs it."""
+"""A private daemon, on free ports, for as long as a program needs it."""
 
 from __future__ import annotations
 
-import subprocess
+import os
+import secrets
 import tempfile
 import time
+import weakref
 from pathlib import Path
 from types import TracebackType
 
 from .binaries import find_binary
+from .child import Child
 from .errors import AprsimError
 
 
 class Daemon:
-    """Runs aprsimd until `close`, in `with` or at the end of the program's use of it.
+    """Runs aprsimd until `close`, until the end of a `with` block, or as long as the object exists.
 
         with Daemon(scene="aprs", speed="stepped") as daemon, Cell.connect(daemon.ports_file) as cell:
             ...
-    """
+
+    The daemon stops when this process ends in any way, SIGKILL included. A forked child of this
+    process may use it, and does not end it. Ctrl-C in a terminal does not reach it."""
 
     def __init__(
         self,
@@ -27,22 +32,22 @@ class Daemon:
         folder: str | Path | None = None,
         start_s: float = 60.0,
     ) -> None:
-        """`arguments` go to aprsimd as they are; `speed` is a factor, "max" or "stepped"; `folder` has
-        the program (`find_binary`). Raises AprsimError with the daemon's words when it does not start
-        within `start_s`."""
+        """Start aprsimd with `arguments` as they are. `speed` is a factor of real time, "max" or
+        "stepped"; `folder` is the directory of the program (see `find_binary`). Raises AprsimError
+        with the daemon's log when it does not listen within `start_s` seconds."""
         command = [find_binary("aprsimd", folder), "--any-port", *arguments]
         if scene is not None:
             command += ["--scene", scene]
         if speed is not None:
             command += ["--speed", str(speed)]
-        self._directory = tempfile.TemporaryDirectory(prefix="aprsim-")
-        self.ports_file = Path(self._directory.name) / "ports.json"
-        self._log_file = Path(self._directory.name) / "log"
+        # The daemon creates this file and removes it; the log has no name. So nothing is left where
+        # this process is killed.
+        self.ports_file = Path(tempfile.gettempdir(), f"aprsim-{secrets.token_hex(8)}.json")
         command += ["--ports-file", str(self.ports_file)]
-        with open(self._log_file, "wb") as log:
-            self.process = subprocess.Popen(
-                command, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT
-            )
+        self._log = tempfile.TemporaryFile(prefix="aprsim-", buffering=0)
+        weakref.finalize(self, self._log.close)
+        self._child = Child(command, stdout=self._log, stderr=self._log)
+        self.process = self._child.process
         try:
             self._await_ports(start_s)
         except BaseException:
@@ -61,19 +66,16 @@ class Daemon:
         self.close()
 
     def log(self) -> str:
-        """All that it has said so far."""
-        return self._log_file.read_text(encoding="utf-8", errors="replace")
+        """The daemon's output so far."""
+        descriptor = self._log.fileno()
+        text = os.pread(descriptor, os.fstat(descriptor).st_size, 0)
+        return text.decode("utf-8", errors="replace")
 
     def close(self) -> None:
-        """Ends it, in order if it can."""
-        if self.process.poll() is None:
-            self.process.terminate()
-            try:
-                self.process.wait(10)
-            except subprocess.TimeoutExpired:
-                self.process.kill()
-                self.process.wait()
-        self._directory.cleanup()
+        """Stop the daemon, in order if it stops within 10 s."""
+        self._child.end()
+        if self._child.is_ours:
+            self.ports_file.unlink(missing_ok=True)
 
     def _await_ports(self, start_s: float) -> None:
         deadline = time.monotonic() + start_s
@@ -81,5 +83,7 @@ class Daemon:
             if self.process.poll() is not None:
                 raise AprsimError(f"aprsimd does not start: {self.log().strip()}")
             if time.monotonic() > deadline:
-                raise AprsimError(f"aprsimd is not ready within {start_s:g} s: {self.log().strip()}")
+                raise AprsimError(
+                    f"aprsimd does not listen within {start_s:g} s: {self.log().strip()}"
+                )
             time.sleep(0.01)

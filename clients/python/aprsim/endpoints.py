@@ -1,4 +1,4 @@
-"""Where a daemon's listeners are, and the credentials that let one look and command there."""
+"""Addresses of a daemon's listeners, and the credentials of a client."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from . import arguments
 from .errors import AprsimError
+from .hosts import checked_host
 
 PORTS_FILE_VARIABLE = "APRSIM_PORTS_FILE"
 TOKEN_VARIABLE = "APRSIM_TOKEN"
@@ -19,12 +21,12 @@ _CRCL = "crcl."
 
 @dataclass(frozen=True)
 class Encryption:
-    """Of gRPC: texts in PEM."""
+    """Encryption of gRPC; the values are PEM texts."""
 
     ca: bytes | None = None
-    """The authorities of the daemon's certificate; None = those of the system."""
+    """Authorities of the daemon's certificate; None = those of the system."""
     certificate: bytes | None = None
-    """This client's own."""
+    """Certificate of this client."""
     key: bytes | None = field(default=None, repr=False)
 
 
@@ -35,11 +37,17 @@ class Endpoints:
     host: str = "127.0.0.1"
     grpc: int = 50051
     crcl: dict[str, int] = field(default_factory=lambda: {"fanuc": 64444, "motoman": 64445})
-    """By the robot's name."""
+    """CRCL ports by robot name."""
     token: str = field(default="", repr=False)
-    """Goes with every call; empty = none."""
+    """Token that is sent with every call; empty = none."""
     encryption: Encryption | None = None
     """None = gRPC is not encrypted."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "host", checked_host(self.host))
+        arguments.whole("grpc_port", self.grpc, 1, 65535)
+        for robot, port in self.crcl.items():
+            arguments.whole(f"crcl_ports['{robot}']", port, 1, 65535)
 
     def crcl_port(self, robot: str) -> int:
         """Raises AprsimError with the names there are."""
@@ -49,16 +57,16 @@ class Endpoints:
 
 
 def read_ports_file(path: str | Path) -> Endpoints:
-    """A file as `aprsimd --ports-file` writes it; its robots are the only ones. Raises AprsimError
-    with file, key, value and what was expected."""
+    """Read a file that `aprsimd --ports-file` has written. The result has the robots of the file only.
+    Raises AprsimError with file, key, value and the expected value."""
     try:
         ports = json.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
         raise AprsimError(f"cannot read the ports file {path}: {error.strerror}") from error
     except ValueError as error:
-        raise AprsimError(f"{path} is no ports file: {error}") from error
+        raise AprsimError(f"{path} is not a ports file: {error}") from error
     if not isinstance(ports, dict):
-        raise AprsimError(f"{path} is no ports file: not a JSON object")
+        raise AprsimError(f"{path} is not a ports file: not a JSON object")
 
     def port(key: str) -> int:
         value = ports[key]
@@ -82,10 +90,10 @@ def find_endpoints(
     certificate: str | Path | None = None,
     key: str | Path | None = None,
 ) -> Endpoints:
-    """The ports file, else that of APRSIM_PORTS_FILE, else the default ports; then each single
-    choice over it. The token is the first line of `token_file`, else APRSIM_TOKEN. gRPC is encrypted
-    if `tls` is said or a file is named, by the arguments or by APRSIM_CA, APRSIM_CERTIFICATE and
-    APRSIM_KEY."""
+    """Endpoints from the ports file, else from the file in APRSIM_PORTS_FILE, else the default ports.
+    `host`, `grpc` and `crcl` override them. The token is the first line of `token_file`, else
+    APRSIM_TOKEN. gRPC is encrypted with `tls`, or with a file in an argument or in APRSIM_CA,
+    APRSIM_CERTIFICATE or APRSIM_KEY."""
     file = ports_file or os.environ.get(PORTS_FILE_VARIABLE)
     found = read_ports_file(file) if file else Endpoints()
     return Endpoints(

@@ -1,14 +1,18 @@
-"""What can go wrong on the way to a cell, and in it."""
+"""Errors of the package."""
 
 from __future__ import annotations
 
 
 class AprsimError(Exception):
-    """Of every error of this package."""
+    """Base of all errors of this package."""
+
+
+class BadArgument(AprsimError, ValueError):
+    """An argument has the wrong type, shape or range. The text names it, its value and its unit."""
 
 
 class Unreachable(AprsimError):
-    """Nobody answers at the address, or the connection has ended."""
+    """Nothing answers at the address, or the connection has ended."""
 
 
 class TimedOut(AprsimError):
@@ -16,7 +20,7 @@ class TimedOut(AprsimError):
 
 
 class Refused(AprsimError):
-    """The cell has refused a call; its words name field, value and limit."""
+    """The cell has refused a call; its text names field, value and limit."""
 
     def __init__(self, code: str, message: str) -> None:
         super().__init__(message)
@@ -25,7 +29,7 @@ class Refused(AprsimError):
 
 
 class RobotError(AprsimError):
-    """A robot's command has ended in CRCL_Error; its words are the robot's."""
+    """A robot's command has ended in CRCL_Error; the text is the robot's."""
 
 
 class ScenarioError(AprsimError):

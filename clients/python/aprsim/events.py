@@ -1,11 +1,12 @@
-"""What happens in the cell: grasps, contacts, commands, stops, faults, orders."""
+"""Events of the cell: grasps, contacts, commands, stops, faults, orders."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any, Iterable, Sequence
 
-from .errors import AprsimError
+from . import arguments
+from .errors import BadArgument
 from .snapshots import seconds
 from .v1 import events_pb2
 
@@ -16,12 +17,12 @@ KINDS: tuple[str, ...] = tuple(
     for name, number in events_pb2.CellEventKind.items()
     if number != 0
 )
-"""The words for kinds: "grasped", "contact_begun", ..."""
+"""The names of the kinds: "grasped", "contact_begun", ..."""
 
 
 @dataclass(frozen=True)
 class Event:
-    """One of them. Numbers rise by one from event to event, as long as the daemon runs."""
+    """One event. Sequence numbers rise by one from event to event while the daemon runs."""
 
     sequence: int
     epoch: int
@@ -30,18 +31,18 @@ class Event:
     kind: str
     """One of KINDS."""
     names: tuple[str, ...]
-    """Of what takes part, the acting thing first."""
+    """Robots, bodies and other participants, the acting one first."""
     text: str
     robot: int | None
-    """Its number in the scene's order, from 0."""
+    """Index of the robot in the scene, from 0."""
     number: int
-    """Of the command or the injected fault; 0 = none."""
+    """Number of the command or of the injected fault; 0 = none."""
     lost: int = 0
-    """Events before it that are not kept any more (`allow_gap`)."""
+    """Number of earlier events that are not recorded any more (`allow_gap`)."""
 
 
 def event(message: Any, lost: int = 0) -> Event:
-    """From a CellEvent."""
+    """The event of a CellEvent message."""
     return Event(
         message.sequence,
         message.epoch,
@@ -57,19 +58,19 @@ def event(message: Any, lost: int = 0) -> Event:
 
 
 def kind_numbers(kinds: Iterable[str]) -> list[Any]:
-    """For a request."""
+    """Numbers for a request. Raises BadArgument for a name that is not in `KINDS`."""
     numbers = []
-    for kind in kinds:
+    for kind in arguments.texts("kinds", kinds):
         if kind not in KINDS:
-            raise AprsimError(f"kinds: '{kind}' is none of {', '.join(KINDS)}")
+            raise BadArgument(f"kinds: '{kind}' is none of {', '.join(KINDS)}")
         numbers.append(events_pb2.CellEventKind.Value(_PREFIX + kind.upper()))
     return numbers
 
 
 @dataclass(frozen=True)
 class Happens:
-    """An event that a run ends at: of one of these kinds, in which one of these things takes part;
-    empty = any."""
+    """A condition of `run_until`: an event of one of these kinds with one of these participants. Empty
+    sequences mean any."""
 
     kinds: Sequence[str] = ()
     names: Sequence[str] = ()

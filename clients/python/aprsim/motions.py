@@ -1,5 +1,5 @@
-"""A robot's frames and commands in SI and world coordinates: what the blocking and the asyncio robot
-have in common."""
+"""A robot's frames and commands in SI units and world coordinates: the common part of the blocking and
+the asyncio robot."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 import numpy.typing as npt
 
-from . import crcl
-from .errors import AprsimError
+from . import arguments, crcl
+from .errors import BadArgument, Unreachable
 from .poses import Array, inverse, matrix, tool_down
 
 if TYPE_CHECKING:
@@ -19,11 +19,12 @@ if TYPE_CHECKING:
 Frame = Literal["world", "robot"]
 
 MOVE_TIMEOUT_S = 90.0
+INITIALISE_S = 35.0  # a robot that moves fast stops first
 TURN_SPEED_RAD_S = math.radians(90)
 
 
 class Motions:
-    """Makes CRCL commands for one robot."""
+    """CRCL commands for one robot."""
 
     def __init__(self, description: cell_pb2.RobotDescription) -> None:
         self.description = description
@@ -31,40 +32,59 @@ class Motions:
             description.reference_in_base
         )
 
+    @staticmethod
+    def check(target: npt.ArrayLike, yaw: float | None, frame: Frame) -> Array:
+        """The pose or point as an array. Raises BadArgument for arguments that `target` refuses."""
+        check_frame(frame)
+        values = arguments.pose_or_point("target", target)
+        if yaw is not None:
+            arguments.number("yaw", yaw, "rad")
+            if values.shape == (4, 4):
+                raise BadArgument("yaw: not together with a 4 x 4 pose, which has an orientation")
+        return values
+
     def target(
         self, target: npt.ArrayLike, yaw: float | None, frame: Frame, present: Array | None
     ) -> Array:
-        """X_RT of a 4 x 4 pose, or of a point with the tool pointing down at a yaw. Without a yaw
-        the tool keeps its present orientation, X_RT of `present`."""
-        if frame not in ("world", "robot"):
-            raise AprsimError(f"frame: '{frame}', where 'world' or 'robot' is expected")
+        """The pose X_RT of the tool for a 4 x 4 pose, or for a point [m] with the tool pointing down at
+        `yaw` [rad]. Without a yaw the tool keeps the orientation of `present`, its pose X_RT now."""
+        values = self.check(target, yaw, frame)
         to_reference = inverse(self.reference_in_world) if frame == "world" else np.eye(4)
-        values = np.asarray(target, dtype=np.float64)
-        if values.shape not in ((3,), (4, 4)) or not np.isfinite(values).all():
-            raise AprsimError(
-                f"target: {target!r}, where a finite point of 3 numbers or a 4 x 4 pose is expected"
-            )
         if values.shape == (4, 4):
-            if yaw is not None:
-                raise AprsimError("yaw: a 4 x 4 pose has its own")
             out: Array = to_reference @ values
             return out
         if yaw is not None:
             out = to_reference @ tool_down(values, yaw)
             return out
         if present is None:
-            raise AprsimError("the robot's status has no pose to keep the orientation of")
+            raise Unreachable("the robot's status has no pose, so its orientation is unknown")
         out = present.copy()
         out[:3, 3] = (to_reference @ np.append(values, 1.0))[:3]
         return out
 
     def joints(self, positions_rad: npt.ArrayLike, speed_rad_s: float) -> crcl.Command:
-        """All joints, from base to flange."""
-        positions = np.degrees(np.asarray(positions_rad, dtype=np.float64)).ravel()
+        """The command for all joints, from base to flange."""
         count = len(self.description.joints)
-        if len(positions) != count or not np.isfinite(positions).all():
-            raise AprsimError(
-                f"positions_rad: {positions_rad!r}, where {count} finite numbers are expected"
-            )
+        positions = np.degrees(arguments.vector("positions_rad", positions_rad, count, "rad"))
         numbered = {number: float(value) for number, value in enumerate(positions, 1)}
-        return crcl.move_joints(numbered, math.degrees(speed_rad_s))
+        speed = arguments.number("speed_rad_s", speed_rad_s, "rad/s", above=0)
+        return crcl.move_joints(numbered, math.degrees(speed))
+
+    @staticmethod
+    def speeds(m_s: float, rad_s: float) -> list[crcl.Command]:
+        """The commands that set the tool's speeds."""
+        speed = arguments.number("m_s", m_s, "m/s", above=0)
+        turn = arguments.number("rad_s", rad_s, "rad/s", above=0)
+        return [crcl.set_speed(speed), crcl.set_turn_speed(turn)]
+
+    @staticmethod
+    def dwell(seconds: float) -> tuple[crcl.Command, float]:
+        """The command to wait, and its timeout [s]."""
+        time_s = arguments.number("seconds", seconds, "s", low=0)
+        return crcl.dwell(time_s), 10 + time_s
+
+
+def check_frame(frame: str) -> None:
+    """Raises BadArgument for a frame other than "world" and "robot"."""
+    if frame not in ("world", "robot"):
+        raise arguments.wrong("frame", frame, "'world' or 'robot'")

@@ -1,6 +1,13 @@
-"""Poses as numpy arrays: a pose of frame B in frame A is the 4 x 4 matrix X_AB that takes points of B
-to points of A, in metres. Frames are ARCHITECTURE.md's: W world, R a robot's reference frame for CRCL
-poses, T tool, P part."""
+"""Poses as numpy arrays. X_AB is the pose of frame B in frame A: a 4 x 4 matrix with the rotation in
+[:3, :3] and the position in metres in [:3, 3]. It converts points of B to points of A:
+p_A = X_AB @ p_B with p = (x, y, z, 1), and X_AC = X_AB @ X_BC.
+
+| letter | frame |
+|---|---|
+| W | world |
+| R | reference frame of a robot's CRCL poses |
+| T | tool centre point of a robot |
+| B, P | body: a gear (origin at the centre of its underside) or a tray (origin on its top) |"""
 
 from __future__ import annotations
 
@@ -9,19 +16,19 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from .errors import AprsimError
+from . import arguments
 from .v1 import geometry_pb2
 
 Array = npt.NDArray[np.float64]
 
 
 def vector(message: geometry_pb2.Vector3) -> Array:
-    """Three components."""
+    """The three components of a message."""
     return np.array([message.x, message.y, message.z])
 
 
 def matrix(pose: geometry_pb2.Pose) -> Array:
-    """4 x 4, of a pose message; its quaternion need not be of length 1, a null one is no turn."""
+    """The 4 x 4 pose of a message. A quaternion of any length is accepted; zero means no rotation."""
     q = pose.orientation
     out = np.eye(4)
     out[:3, :3] = rotation(np.array([q.w, q.x, q.y, q.z]))
@@ -31,9 +38,7 @@ def matrix(pose: geometry_pb2.Pose) -> Array:
 
 def pose_message(pose: npt.ArrayLike) -> geometry_pb2.Pose:
     """The message of a 4 x 4 pose."""
-    values = np.asarray(pose, dtype=np.float64)
-    if values.shape != (4, 4):
-        raise AprsimError(f"pose: of shape {values.shape}, where (4, 4) is expected")
+    values = arguments.pose("pose", pose)
     w, x, y, z = (float(value) for value in quaternion(values[:3, :3]))
     px, py, pz = (float(value) for value in values[:3, 3])
     return geometry_pb2.Pose(
@@ -43,7 +48,7 @@ def pose_message(pose: npt.ArrayLike) -> geometry_pb2.Pose:
 
 
 def rotation(quaternion: Array) -> Array:
-    """3 x 3, of (w, x, y, z)."""
+    """The 3 x 3 rotation of a quaternion (w, x, y, z)."""
     length = float(np.linalg.norm(quaternion))
     if length == 0.0:
         return np.eye(3)
@@ -58,7 +63,8 @@ def rotation(quaternion: Array) -> Array:
 
 
 def quaternion(turn: Array) -> Array:
-    """(w, x, y, z) with w >= 0, of a 3 x 3 rotation (Shepperd's method: by the largest component)."""
+    """The quaternion (w, x, y, z), w >= 0, of a 3 x 3 rotation: Shepperd's method, by the largest
+    component."""
     t = np.asarray(turn, dtype=np.float64)
     squares = np.array(
         [
@@ -82,7 +88,7 @@ def quaternion(turn: Array) -> Array:
 
 
 def inverse(pose: Array) -> Array:
-    """X_BA of X_AB."""
+    """The inverse X_BA of a pose X_AB."""
     out = np.eye(4)
     out[:3, :3] = pose[:3, :3].T
     out[:3, 3] = -pose[:3, :3].T @ pose[:3, 3]
@@ -90,20 +96,22 @@ def inverse(pose: Array) -> Array:
 
 
 def tool_down(position: npt.ArrayLike, yaw: float = 0.0) -> Array:
-    """A tool that points straight down at a point, its x axis turned by `yaw` [rad] about the
-    vertical."""
-    c, s = math.cos(yaw), math.sin(yaw)
+    """The pose X_WT of a tool at `position` [m] that points straight down. `yaw` [rad] is the angle of
+    its x axis about the vertical."""
+    position_m = arguments.vector("position", position, 3, "m")
+    angle = arguments.number("yaw", yaw, "rad")
+    c, s = math.cos(angle), math.sin(angle)
     out = np.eye(4)
     out[:3, :3] = [[c, s, 0], [s, -c, 0], [0, 0, -1]]
-    out[:3, 3] = np.asarray(position, dtype=np.float64)
+    out[:3, 3] = position_m
     return out
 
 
 def yaw_of(pose: Array) -> float:
-    """Of the x axis about the vertical, in -pi .. pi [rad]."""
+    """The angle of the x axis about the vertical, in -pi .. pi [rad]."""
     return math.atan2(pose[1, 0], pose[0, 0])
 
 
 def wrapped(angle: float) -> float:
-    """The angle turned by whole turns into -pi .. pi [rad]."""
+    """The equivalent angle in -pi .. pi [rad]."""
     return math.remainder(angle, 2 * math.pi)

@@ -8,12 +8,19 @@ import time
 from types import TracebackType
 from typing import TYPE_CHECKING
 
-import numpy as np
 import numpy.typing as npt
 
-from . import crcl
+from . import arguments, crcl
 from .errors import TimedOut, Unreachable
-from .motions import MOVE_TIMEOUT_S, TURN_SPEED_RAD_S, Frame, Motions
+from .hosts import with_port
+from .motions import (
+    INITIALISE_S,
+    MOVE_TIMEOUT_S,
+    TURN_SPEED_RAD_S,
+    Frame,
+    Motions,
+    check_frame,
+)
 from .poses import Array
 
 if TYPE_CHECKING:
@@ -21,16 +28,20 @@ if TYPE_CHECKING:
     from .v1 import cell_pb2
 
 POLL_S = 0.02
-POLL_STEPS, MOST_POLL_STEPS = 10, 40  # of a paused cell: twice as many each time
+POLL_STEPS, MOST_POLL_STEPS = 10, 40  # steps of a paused cell between polls, doubled each time
 ANSWER_S = 60.0
 
 
 class Robot:
-    """One arm with its gripper. Every command returns when the robot reports it as done, unless
-    `wait=False`; RobotError has the robot's own words when it refuses or gives up, TimedOut says that
-    it has not ended. A cell that is paused is stepped meanwhile, exactly the same way every time; a
-    timeout is then in simulated time. Frames: "world", or "robot" for the robot's frame of CRCL poses;
-    metres. Thread: one at a time."""
+    """One arm with its gripper. The first command takes the robot (`take`); until then this object
+    only reads.
+
+    A command returns when the robot reports it as done, unless `wait=False`. RobotError has the robot's
+    text when it refuses or aborts a command; TimedOut means that the command has not ended. A command
+    steps a paused cell until it is done, in the same way each time; a timeout is then in simulated time.
+
+    Positions are in metres, angles in radians. Frames: "world" (W), or "robot" for the reference frame
+    (R) of the robot's CRCL poses. Thread: one at a time."""
 
     def __init__(
         self, cell: Cell, description: cell_pb2.RobotDescription, host: str, port: int
@@ -44,8 +55,8 @@ class Robot:
             self._socket = socket.create_connection((host, port), ANSWER_S)
             self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         except OSError as error:
-            raise Unreachable(f"cannot reach {self.name} by CRCL at {host}:{port}: {error}") from error
-        self._session.follow(self.status())
+            where = f"{self.name} by CRCL at {with_port(host, port)}"
+            raise Unreachable(f"cannot reach {where}: {error}") from error
 
     def __enter__(self) -> Robot:
         return self
@@ -59,25 +70,44 @@ class Robot:
         self.close()
 
     def close(self) -> None:
-        """Hangs up. What the robot has been told goes on."""
+        """Disconnect. The robot continues its commands. A thread that waits for the robot gets
+        Unreachable."""
+        with contextlib.suppress(OSError):
+            self._socket.shutdown(socket.SHUT_RDWR)
         with contextlib.suppress(OSError):
             self._socket.close()
 
     # -- session ------------------------------------------------------------------------------
 
+    def take(self) -> None:
+        """Initialise the robot unless this connection has done so. The first command calls this; call
+        it to end another client's motion before that."""
+        if not self._session.is_taken:
+            self.initialise()
+
     def initialise(self) -> None:
-        """Clears an error, ends all motion, makes ready, and sets the units of this connection."""
-        self.run(crcl.initialise(), 35)
-        for command in self._session.opening():
-            self.run(command)
-        self.run(crcl.set_turn_speed(TURN_SPEED_RAD_S))
+        """Clear an error, stop all motion, begin a session, and set the units of this connection."""
+        self._session.follow(self.status())
+        for command in (
+            crcl.initialise(),
+            *self._session.opening(),
+            crcl.set_turn_speed(TURN_SPEED_RAD_S),
+        ):
+            self._start(command)
+            self.wait(INITIALISE_S)
+        self._session.is_taken = True
+
+    def forget_session(self) -> None:
+        """Let the next command take the robot again, as after a reset of the cell."""
+        self._session.is_taken = False
 
     def end(self) -> None:
-        """Ends the session: the robot takes nothing until `initialise`."""
+        """End the program: motion ends, the robot stays initialised. The next command takes it again."""
         self.run(crcl.end())
+        self._session.is_taken = False
 
     def stop(self) -> None:
-        """Brakes, and waits until the arm rests."""
+        """Brake, and wait until the arm rests. Does not take the robot."""
         self.run(crcl.stop())
 
     # -- motions ------------------------------------------------------------------------------
@@ -92,8 +122,11 @@ class Robot:
         wait: bool = True,
         timeout_s: float = MOVE_TIMEOUT_S,
     ) -> None:
-        """The tool to a 4 x 4 pose, or to a point: pointing down with its x axis at `yaw` [rad], or
-        as it is turned now. `straight`: on a straight line."""
+        """Move the tool to a 4 x 4 pose (X_WT, or X_RT in the frame "robot"), or to a point of three
+        coordinates [m]. At a point the tool points down with its x axis at `yaw` [rad]; without a yaw
+        it keeps its orientation. `straight` moves on a straight line."""
+        self._motions.check(target, yaw, frame)
+        self.take()
         self._do(self.move_command(target, yaw, straight=straight, frame=frame), wait, timeout_s)
 
     def move_command(
@@ -104,9 +137,9 @@ class Robot:
         straight: bool = False,
         frame: Frame = "world",
     ) -> crcl.Command:
-        """What `move_to` tells the robot."""
-        keeps = np.shape(target) == (3,) and yaw is None
-        present = self.status().tool_in_reference if keeps else None
+        """The command that `move_to` sends."""
+        keeps = arguments.pose_or_point("target", target).shape == (3,) and yaw is None
+        present = self.tool("robot") if keeps else None
         return crcl.move_to(self._motions.target(target, yaw, frame, present), straight=straight)
 
     def move_by(
@@ -117,9 +150,12 @@ class Robot:
         wait: bool = True,
         timeout_s: float = MOVE_TIMEOUT_S,
     ) -> None:
-        """The tool on a straight line, as it is turned."""
+        """Move the tool by three coordinates [m] on a straight line, with its orientation kept."""
+        offset = arguments.vector("offset_m", offset_m, 3, "m")
+        check_frame(frame)
+        self.take()
         tool = self.tool(frame)
-        tool[:3, 3] += np.asarray(offset_m, dtype=np.float64)
+        tool[:3, 3] += offset
         self.move_to(tool, straight=True, frame=frame, wait=wait, timeout_s=timeout_s)
 
     def move_joints(
@@ -130,31 +166,34 @@ class Robot:
         wait: bool = True,
         timeout_s: float = MOVE_TIMEOUT_S,
     ) -> None:
-        """All joints, from base to flange. In scenes with `crcl_joints` the robot counts in its own
-        way: `run(crcl.move_joints(...))` there."""
+        """Move all joints, from base to flange, to positions [rad]. In scenes with `crcl_joints` the robot
+        has another joint convention: use `run(crcl.move_joints(...))` there."""
         self._do(self._motions.joints(positions_rad, speed_rad_s), wait, timeout_s)
 
     def set_speed(self, m_s: float, rad_s: float = TURN_SPEED_RAD_S) -> None:
-        """Of the tool, from now on."""
-        self.run(crcl.set_speed(m_s))
-        self.run(crcl.set_turn_speed(rad_s))
+        """Set the tool's speeds [m/s, rad/s] for later moves."""
+        for command in self._motions.speeds(m_s, rad_s):
+            self.run(command)
 
     def open_gripper(self) -> None:
-        """Returns when the fingers have been told to; `dwell` lets them arrive."""
+        """Open the gripper. Returns when the robot has accepted the command; `dwell` waits for the
+        fingers."""
         self.run(crcl.set_gripper(1))
 
     def close_gripper(self) -> None:
-        """Returns when the fingers have been told to; `dwell` lets them arrive."""
+        """Close the gripper. Returns when the robot has accepted the command; `dwell` waits for the
+        fingers."""
         self.run(crcl.set_gripper(0))
 
     def dwell(self, seconds: float) -> None:
-        """Lets the robot wait, in simulated time."""
-        self.run(crcl.dwell(seconds), 10 + seconds)
+        """Make the robot wait, in simulated seconds."""
+        self.run(*self._motions.dwell(seconds))
 
-    # -- what it says -------------------------------------------------------------------------
+    # -- status -------------------------------------------------------------------------------
 
     def status(self) -> crcl.Status:
-        """As the robot reports it; asking takes no simulated time but in virtual time."""
+        """The robot's CRCL status. Until the robot is taken, its numbers are in the robot's default
+        units. In virtual time each query takes simulated time."""
         self._send(self._session.ask())
         status = self._session.feed(b"")
         while status is None:
@@ -162,7 +201,11 @@ class Robot:
         return status
 
     def tool(self, frame: Frame = "world") -> Array:
-        """X_WT or X_RT."""
+        """The pose of the tool: X_WT in the frame "world", X_RT in the frame "robot"."""
+        check_frame(frame)
+        if not self._session.is_taken:
+            state = self._cell.snapshot(["robots"], [self.name]).robot(self.name)
+            return state.tool_in_world if frame == "world" else state.tool_in_reference
         pose = self.status().tool_in_reference
         if pose is None:
             raise Unreachable(f"{self.name}: its status has no pose")
@@ -171,18 +214,26 @@ class Robot:
     # -- any command --------------------------------------------------------------------------
 
     def run(self, command: crcl.Command, timeout_s: float = 10.0) -> crcl.Status:
-        """Any command, until it is done."""
+        """Send any command, and wait until it is done."""
         self.start(command)
         return self.wait(timeout_s)
 
     def start(self, command: crcl.Command) -> crcl.Status:
-        """Any command; returns when the robot has it, so that a step of the cell after that is
-        one with it."""
+        """Send any command. Returns when the robot has accepted it, so the next step of the cell
+        executes it."""
+        if command.kind not in crcl.NEED_NO_SESSION:
+            self.take()
+        elif not self._session.is_taken:
+            self._session.follow(self.status())
+        return self._start(command)
+
+    def _start(self, command: crcl.Command) -> crcl.Status:
         self._send(self._session.begin(command))
         return self.status()
 
     def wait(self, timeout_s: float = MOVE_TIMEOUT_S) -> crcl.Status:
-        """For the end of the command that was started last."""
+        """Wait for the end of the latest command."""
+        limit_s = arguments.number("timeout_s", timeout_s, "s", above=0)
         waited_s, steps = 0.0, POLL_STEPS
         while True:
             waited_s += self._let_time_pass(steps)
@@ -190,11 +241,11 @@ class Robot:
             status = self.status()
             if self._session.is_over(status):
                 return status
-            if waited_s > timeout_s:
+            if waited_s > limit_s:
                 raise TimedOut(self._session.too_late(timeout_s))
 
     def is_done(self) -> bool:
-        """Whether the command that was started last is over; RobotError as for all commands."""
+        """Whether the latest command has succeeded. Raises RobotError when it has failed."""
         return self._session.is_over(self.status())
 
     def _do(self, command: crcl.Command, wait: bool, timeout_s: float) -> None:

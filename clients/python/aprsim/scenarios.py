@@ -1,5 +1,5 @@
-"""Whole jobs, run by `aprsim scenario run` in a daemon of their own, measured and compared with what
-is expected. What a scenario is: README.md; those that ship: `scenarios()`."""
+"""Whole jobs: `aprsim scenario run` runs a scenario in a daemon of its own, measures it, and compares the
+measures with the expected ones. docs/scenarios.md describes scenarios; `scenarios()` lists shipped ones."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from pathlib import Path
 from typing import Any, Mapping
 
 from .binaries import find_binary
+from .child import Child
 from .errors import ScenarioError
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """A measure beside what the scenario expects of it; None = no such bound, or not known."""
+    """A measure and its expected bounds; None = no bound, or an unknown value."""
 
     measure: str
     value: float | None
@@ -26,21 +27,21 @@ class Verdict:
 
 @dataclass(frozen=True)
 class ScenarioReport:
-    """What came of a run."""
+    """The result of a run."""
 
     scenario: str
     seed: int
     ended: str
     as_expected: bool
     measures: Mapping[str, float]
-    """By name; those that are not known are left out."""
+    """Known measures by name."""
     verdicts: tuple[Verdict, ...]
     everything: Mapping[str, Any]
-    """The whole report, as `report.json` has it."""
+    """The whole report, as in `report.json`."""
 
 
 def scenarios(folder: str | Path | None = None) -> dict[str, str]:
-    """Descriptions by name of those that ship."""
+    """Names and descriptions of the shipped scenarios."""
     lines = _run([find_binary("aprsim", folder), "scenario", "list", "--json"], None)
     return {line["name"]: line["description"] for line in map(json.loads, lines)}
 
@@ -56,10 +57,11 @@ def run_scenario(
     timeout_s: float | None = None,
     folder: str | Path | None = None,
 ) -> ScenarioReport:
-    """Runs a scenario by name or file. `virtual`: the controller's polls are the clock, and the same
-    seed gives the same report; else at `speed`, a factor or "max". `controller`: a shell command in
-    place of the kitting controller. A report that is not as expected is no error; ScenarioError is
-    one, with the program's words. `folder` has the program (`find_binary`)."""
+    """Run a scenario by name or file. In virtual time the controller's polls pass the time, and the same
+    seed gives the same report; otherwise the cell runs at `speed`, a factor or "max". `controller` is a
+    shell command that replaces the kitting controller. A report that misses expectations is a normal
+    result. ScenarioError has the text of a program that fails or exceeds `timeout_s`. The run ends when
+    this process ends. `folder` is the directory of the program (see `find_binary`)."""
     command = [find_binary("aprsim", folder), "scenario", "run", str(name), "--json"]
     command += ["--seed", str(seed)]
     if speed is not None:
@@ -77,7 +79,7 @@ def run_scenario(
 
 
 def read_report(report: Mapping[str, Any]) -> ScenarioReport:
-    """Of the object that `report.json` is."""
+    """The report of the object in `report.json`."""
     verdicts = tuple(
         Verdict(entry["measure"], entry["value"], entry["min"], entry["max"], entry["kept"])
         for entry in report["expected"]
@@ -94,14 +96,19 @@ def read_report(report: Mapping[str, Any]) -> ScenarioReport:
 
 
 def _run(command: list[str], timeout_s: float | None) -> list[str]:
+    child = Child(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     try:
-        done = subprocess.run(
-            command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=timeout_s, check=False
+        output, errors = (
+            text.decode("utf-8", errors="replace")
+            for text in child.process.communicate(timeout=timeout_s)
         )
     except subprocess.TimeoutExpired as error:
         raise ScenarioError(f"{' '.join(command)} has not ended within {timeout_s:g} s") from error
-    lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
-    # A report that is not as expected ends with 1 as well.
-    if done.returncode not in (0, 1) or not lines:
-        raise ScenarioError(f"{' '.join(command)}: exit code {done.returncode}: {done.stderr.strip()}")
+    finally:
+        child.end()
+    lines = [line for line in output.splitlines() if line.startswith("{")]
+    code = child.process.returncode
+    # The exit code is 1 also for a report that is not as expected.
+    if code not in (0, 1) or not lines:
+        raise ScenarioError(f"{' '.join(command)}: exit code {code}: {errors.strip()}")
     return lines

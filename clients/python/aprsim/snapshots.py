@@ -1,5 +1,5 @@
-"""Snapshots of the cell with poses and joints as numpy arrays. All of one snapshot belongs to one
-instant. What is not here is in the `message` beneath."""
+"""Snapshots of the cell with poses and joints as numpy arrays. All values of one snapshot belong to one
+instant. The attribute `message` has the fields without a property here."""
 
 from __future__ import annotations
 
@@ -25,32 +25,32 @@ class RobotState:
 
     @property
     def name(self) -> str:
-        """As in the cell's description."""
+        """The robot's name in the cell's description."""
         return self.message.name
 
     @property
     def joints_rad(self) -> Array:
-        """Positions, from base to flange."""
+        """Joint positions, from base to flange."""
         return np.array([joint.position_rad for joint in self.message.joints])
 
     @property
     def joint_velocities_rad_s(self) -> Array:
-        """From base to flange."""
+        """Joint velocities, from base to flange."""
         return np.array([joint.velocity_rad_s for joint in self.message.joints])
 
     @property
     def joint_torques_nm(self) -> Array:
-        """Of the drives, from base to flange."""
+        """Torques of the drives, from base to flange."""
         return np.array([joint.torque_nm for joint in self.message.joints])
 
     @property
     def tool_in_world(self) -> Array:
-        """X_WT, of the point that CRCL commands."""
+        """The pose X_WT of the tool centre point T, which CRCL commands, in the world W."""
         return matrix(self.message.tool_in_world)
 
     @property
     def tool_in_reference(self) -> Array:
-        """X_RT, in the robot's frame of CRCL poses."""
+        """The pose X_RT of the tool in the robot's reference frame R of CRCL poses."""
         return matrix(self.message.tool_in_reference)
 
     @property
@@ -60,17 +60,17 @@ class RobotState:
 
     @property
     def separation_m(self) -> float:
-        """Of the gripper, pad to pad."""
+        """Distance of the gripper's pads."""
         return self.message.gripper.separation_m
 
     @property
     def held_body(self) -> str | None:
-        """What the gripper holds."""
+        """Name of the body in the gripper, or None."""
         return self.message.gripper.held_body if self.message.gripper.holding else None
 
     @property
     def moving(self) -> bool:
-        """Some joint is commanded to move."""
+        """Whether a joint is commanded to move."""
         return self.message.moving
 
 
@@ -87,37 +87,38 @@ class BodyState:
 
     @property
     def type(self) -> str:
-        """As `sku_part_large_gear`."""
+        """Name of the type, as `sku_part_large_gear`."""
         return self.message.type
 
     @property
     def pose(self) -> Array:
-        """X_WP: a gear's origin is the centre of its disc's underside, a tray's lies on its top."""
+        """The pose X_WB of the body B in the world W. A gear's origin is the centre of the underside of its
+        disc; a tray's origin lies on its top."""
         return matrix(self.message.body_in_world)
 
     @property
     def position_m(self) -> Array:
-        """Of the origin, in the world."""
+        """Position of the origin in the world."""
         return vector(self.message.body_in_world.position_m)
 
     @property
     def velocity_m_s(self) -> Array:
-        """Of the origin, in the world."""
+        """Velocity of the origin in the world."""
         return vector(self.message.velocity_m_s)
 
     @property
     def resting(self) -> bool:
-        """Relative to what carries it."""
+        """Whether the body rests relative to its support."""
         return self.message.resting
 
     @property
     def lost(self) -> bool:
-        """It has fallen out of the cell."""
+        """Whether the body has fallen out of the cell."""
         return bool(self.message.HasField("lost_step"))
 
 
 class Snapshot:
-    """The whole cell at one step boundary. Fields that were not asked for are empty."""
+    """The whole cell at one step boundary. Fields that were not requested are empty."""
 
     def __init__(self, message: snapshot_pb2.Snapshot) -> None:
         self.message = message
@@ -127,12 +128,12 @@ class Snapshot:
 
     @property
     def epoch(self) -> int:
-        """Resets and loads so far."""
+        """Number of resets and loads so far."""
         return self.message.epoch
 
     @property
     def step(self) -> int:
-        """Steps since the last reset."""
+        """Number of steps since the last reset."""
         return self.message.step
 
     @property
@@ -142,7 +143,7 @@ class Snapshot:
 
     @property
     def paused(self) -> bool:
-        """No step is taken until told."""
+        """Whether the cell is paused."""
         return self.message.paused
 
     @property
@@ -152,55 +153,55 @@ class Snapshot:
 
     @property
     def state_hash(self) -> int:
-        """Of the bits of bodies, joints and belt: equal states have equal hashes."""
+        """Hash of the bits of bodies, joints and belt: equal states have equal hashes."""
         return self.message.state_hash
 
     @property
     def world_fault(self) -> str:
-        """Not empty: the simulation has stopped, and why."""
+        """The reason for which the simulation has stopped; empty while it has not."""
         return self.message.world_fault
 
     @property
     def conveyor(self) -> snapshot_pb2.ConveyorState | None:
-        """None in a cell without a belt."""
+        """State of the belt; None in a cell without one."""
         return self.message.conveyor if self.message.HasField("conveyor") else None
 
     @property
     def injected_faults(self) -> Sequence[faults_pb2.InjectedFault]:
-        """Those that wait or last, and the latest that are over."""
+        """Pending, active and recent faults."""
         return list(self.message.injected_faults)
 
     @cached_property
     def robots(self) -> dict[str, RobotState]:
-        """By name, in the order of the description."""
+        """Robots by name, in the order of the description."""
         return {robot.name: RobotState(robot) for robot in self.message.robots}
 
     @cached_property
     def bodies(self) -> dict[str, BodyState]:
-        """By name, in the order of the description."""
+        """Bodies by name, in the order of the description."""
         return {body.name: BodyState(body) for body in self.message.bodies}
 
     def robot(self, name: str) -> RobotState:
-        """Raises AprsimError with the names there are."""
+        """A robot by name. Raises AprsimError with the known names."""
         return _named(self.robots, name, "robot")
 
     def body(self, name: str) -> BodyState:
-        """Raises AprsimError with the names there are."""
+        """A body by name. Raises AprsimError with the known names."""
         return _named(self.bodies, name, "body")
 
     def body_positions_m(self) -> Array:
-        """N x 3: of all bodies, in the order of the description, in the world."""
+        """Positions of all bodies in the world, N x 3, in the order of the description."""
         rows = [body.position_m for body in self.bodies.values()]
         return np.array(rows).reshape(-1, 3)
 
     def body_poses(self) -> Array:
-        """N x 4 x 4: X_WP of all bodies, in the order of the description."""
+        """Poses X_WB of all bodies, N x 4 x 4, in the order of the description."""
         rows = [body.pose for body in self.bodies.values()]
         return np.array(rows).reshape(-1, 4, 4)
 
 
 def seconds(duration: Any) -> float:
-    """Of a Duration message."""
+    """The seconds of a Duration message."""
     return float(duration.seconds) + float(duration.nanos) * 1e-9
 
 

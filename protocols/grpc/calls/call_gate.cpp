@@ -17,7 +17,7 @@ using grpc::experimental::InterceptionHookPoints;
 using grpc::experimental::InterceptorBatchMethods;
 
 /// The token after "Bearer" in a call's metadata; absent = the call has no credentials. Other
-/// schemes are no token of ours.
+/// schemes give an empty token.
 template <typename Metadata>
 std::optional<std::string_view> token_in(const Metadata& metadata) {
   constexpr std::string_view kScheme = "Bearer ";
@@ -35,9 +35,9 @@ grpc::Status status_of(const protocols::Refusal& refusal) {
   return {code, refusal.message};
 }
 
-/// As far as an audit shows it.
+/// The request as the audit log shows it.
 std::string json_of(void* request) {
-  // Our services take messages of protobuf.
+  // All services here have protobuf messages.
   const auto& message = *static_cast<const google::protobuf::Message*>(request);
   const std::size_t size = message.ByteSizeLong();
   if (size > protocols::AuditLog::kMaxRequest) return std::to_string(size) + " bytes";
@@ -46,7 +46,7 @@ std::string json_of(void* request) {
   return text;
 }
 
-/// Judges one call.
+/// Authorizes one call.
 class Judging final : public grpc::experimental::Interceptor {
  public:
   Judging(CallGate& gate, grpc::experimental::ServerRpcInfo& info)
@@ -79,7 +79,7 @@ class Judging final : public grpc::experimental::Interceptor {
     if (call_ == nullptr) return;
     grpc::Status status = methods.GetSendStatus();
     if (call_->refusal) {
-      if (status.ok()) spdlog::error("grpc: {} does not ask who calls", call_->method);
+      if (status.ok()) spdlog::error("grpc: {} does not check its caller", call_->method);
       status = *call_->refusal;
       methods.ModifySendStatus(status);
     }
@@ -142,7 +142,7 @@ std::optional<grpc::Status> CallGate::refusal(const grpc::CallbackServerContext&
   const std::lock_guard lock(mutex_);
   const auto found = calls_.find(&context);
   if (found == calls_.end())
-    return grpc::Status(grpc::StatusCode::INTERNAL, "nobody has judged this call");
+    return grpc::Status(grpc::StatusCode::INTERNAL, "the call was not authorized");
   return found->second->refusal;
 }
 
@@ -157,7 +157,7 @@ void CallGate::audit(const Call& call, std::string request, std::string outcome)
 }
 
 void CallGate::ended(const Call& call, const grpc::Status& status) const {
-  // Further errors are the cell's, which tells of them itself.
+  // The cell reports its own errors.
   const bool bad = call.command && status.error_code() == grpc::StatusCode::INVALID_ARGUMENT;
   if (refusals_ == nullptr || (!bad && !call.refusal)) return;
   refusals_->refused("grpc", call.method + " of " + call.peer + ": " + status.error_message());

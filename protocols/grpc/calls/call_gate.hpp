@@ -18,13 +18,12 @@
 
 namespace aprsim::grpc_server {
 
-/// Judges every call before its service sees it, by its caller's role and the one that its method
-/// needs. A service asks refusal() first, and does nothing when there is one; whatever it answers
-/// then, the caller gets the refusal. Commands go to the audit log. Thread: any.
+/// Authorizes every call before its service runs: compares the caller's role with the one that the
+/// method needs. A service queries refusal() first, and does nothing if there is one; the caller
+/// then receives the refusal as status. Commands are written to the audit log. Thread: any.
 class CallGate {
  public:
-  /// All must outlive it; without a log nothing is kept, and without a sink nobody hears of what is
-  /// refused.
+  /// All must outlive it. `audit` and `refusals` may be null.
   CallGate(protocols::Access& access, const ConnectedClients& clients, protocols::AuditLog* audit,
            protocols::RefusalSink* refusals)
       : access_(access), clients_(clients), audit_(audit), refusals_(refusals) {}
@@ -33,7 +32,7 @@ class CallGate {
   [[nodiscard]] std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>
   interceptor();
 
-  /// Why the call must do nothing; absent = it may.
+  /// The refusal of a call; absent = it is permitted.
   [[nodiscard]] std::optional<grpc::Status> refusal(
       const grpc::CallbackServerContext& context) const;
 
@@ -41,7 +40,7 @@ class CallGate {
     std::string method;  ///< without the slash before it
     std::string peer, who;
     std::optional<grpc::Status> refusal;
-    bool command = false;  ///< needs more than looking
+    bool command = false;  ///< needs more than the role view
   };
 
   // For the interceptor.

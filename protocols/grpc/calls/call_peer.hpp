@@ -11,11 +11,11 @@ struct CallPeer {
   std::uint64_t connection = 0;  ///< ConnectionTrace::number(); 0 = it is not traced
 };
 
-/// The name of the socket that gRPC calls a peer by: an URI, "SCHEME:" and the name with some signs
-/// as %XX. Thread: any.
+/// The socket name in gRPC's identifier of a peer: a URI, "SCHEME:" and the percent-encoded name.
+/// Thread: any.
 [[nodiscard]] std::string socket_name(const std::string& uri);
 
-/// The peer by gRPC's name for it, the socket name that the client's relay has given itself,
+/// The peer of gRPC's identifier, the socket name that the client's relay has set,
 /// "ADDRESS:PORT/SOMETHING.CONNECTION".
 /// Thread: any.
 [[nodiscard]] CallPeer call_peer(const std::string& uri);

@@ -21,7 +21,7 @@ namespace {
 using grpc::experimental::InterceptionHookPoints;
 using protocols::WireContent;
 
-/// Calls that change something: a service's, or one.
+/// Calls that change something: all of a service, or one.
 constexpr std::array<std::string_view, 3> kCommanding{"/aprsim.v1.ControlService/",
                                                       "/aprsim.crcl.v1.RobotService/Connect",
                                                       "/aprsim.crcl.v1.RobotService/Execute"};

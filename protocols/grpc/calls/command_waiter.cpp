@@ -8,10 +8,10 @@ namespace aprsim::grpc_server {
 using std::chrono::steady_clock;
 
 namespace {
-// Longest wait for a snapshot: bounds how late a cancelled or overdue call is noticed when the
+// Longest wait for a snapshot: bounds the delay in detecting a cancelled or overdue call when the
 // cell is paused and publishes nothing.
 constexpr auto kLook = std::chrono::milliseconds(20);
-// The same while all wait for a later step: bounds how late a call that comes meanwhile is seen to.
+// The same while all wait for a later step: bounds the delay of a new call.
 constexpr auto kLookForStep = std::chrono::milliseconds(2);
 
 grpc::Status stopping() { return {grpc::StatusCode::UNAVAILABLE, "the server is stopping"}; }
@@ -28,7 +28,7 @@ void CommandWaiter::wait(Call call) {
     call.finish(stopping());
     return;
   }
-  // Looking with the list locked leaves no gap in which the decisive snapshot could pass unseen.
+  // Checking with the list locked leaves no gap in which the decisive snapshot could be missed.
   if (finish_if_over(call, *source_.latest())) return;
   calls_.push_back(std::move(call));
   changed_.notify_all();
@@ -52,6 +52,11 @@ bool CommandWaiter::finish_if_over(Call& call, const api::Snapshot& snapshot) {
   }
   const bool cancelled = call.context->IsCancelled();
   if (!cancelled && steady_clock::now() < call.deadline) return false;
+  if (call.confirm && !cancelled) {
+    call.confirm(snapshot);
+    call.finish(grpc::Status::OK);
+    return true;
+  }
   if (call.on_giving_up) call.on_giving_up();
   call.finish(cancelled ? grpc::Status::CANCELLED
                         : grpc::Status(grpc::StatusCode::DEADLINE_EXCEEDED,

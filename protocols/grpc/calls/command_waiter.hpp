@@ -16,11 +16,11 @@
 
 namespace aprsim::grpc_server {
 
-/// Finishes unary calls once a snapshot shows that their command has taken effect, from a thread
-/// of its own: gRPC's threads never wait.
+/// Finishes unary calls once a snapshot shows that their command has taken effect, from its own
+/// thread: gRPC's threads never wait.
 class CommandWaiter {
  public:
-  /// Looks at a snapshot: nullopt = not yet; else the status to finish with. Fills the response.
+  /// Checks a snapshot: nullopt = not yet; else the status to finish with. Fills the response.
   using Outcome = std::function<std::optional<grpc::Status>(const api::Snapshot&)>;
   struct Call {
     grpc::CallbackServerContext* context = nullptr;
@@ -28,7 +28,9 @@ class CommandWaiter {
     std::chrono::steady_clock::time_point deadline;
     Outcome outcome;
     std::function<void()> on_giving_up;  ///< when cancelled or too late; may be empty
-    std::uint64_t from_step = 0;         ///< before it, in this epoch, there is nothing to see
+    std::uint64_t from_step = 0;         ///< earlier snapshots of this epoch need no check
+    /// Fills the response and finishes the call with OK at its deadline; empty = it fails then.
+    std::function<void(const api::Snapshot&)> confirm = {};
   };
 
   explicit CommandWaiter(const api::SnapshotSource& source);
@@ -36,7 +38,7 @@ class CommandWaiter {
 
   /// Takes the call over; it is finished exactly once, at the latest at its deadline.
   void wait(Call call);
-  /// Finishes all calls with UNAVAILABLE, also those still to come.
+  /// Finishes all calls with UNAVAILABLE, also later ones.
   void stop();
 
  private:

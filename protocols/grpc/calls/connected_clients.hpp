@@ -16,14 +16,14 @@ struct ConnectedClient {
   std::shared_ptr<const protocols::ClientCertificate> certificate = {};  ///< null = none
 };
 
-/// The clients behind gRPC's connections, which end in the relays and are known to gRPC by the
-/// names of their sockets only. Thread: any.
+/// Registry of the clients behind gRPC's connections, which end in the relays. gRPC knows the names
+/// of the sockets only. Thread: any.
 class ConnectedClients {
  public:
   /// `name` of the socket that gRPC sees.
   void add(const std::string& name, ConnectedClient client);
   void remove(const std::string& name);
-  /// The client by gRPC's name for the peer; one that has just gone is known by its name only.
+  /// The client of gRPC's identifier of a peer; one that has just disconnected has its name only.
   [[nodiscard]] ConnectedClient of(const std::string& grpc_peer) const;
 
  private:

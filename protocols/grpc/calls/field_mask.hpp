@@ -16,9 +16,9 @@ class SnapshotMask {
  public:
   /// All fields for an empty mask. A path that leads nowhere is kInvalidArgument.
   [[nodiscard]] static Result<SnapshotMask> parse(const google::protobuf::FieldMask& mask);
-  /// Clears every field that is not wanted.
+  /// Clears every field outside the mask.
   void trim(v1::Snapshot& message) const;
-  /// Whether something of a top-level field is wanted, by its number.
+  /// Whether the mask has something of a top-level field, by its number.
   [[nodiscard]] bool wants(int field) const;
   /// Equal for equal masks.
   [[nodiscard]] std::string key() const;

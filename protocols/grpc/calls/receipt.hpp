@@ -6,7 +6,7 @@
 
 namespace aprsim::grpc_server {
 
-/// When and where a command took effect, as far as a snapshot tells.
+/// Writes when a command took effect, from a snapshot.
 inline void write_receipt(const api::Snapshot& snapshot, api::Ticket ticket, v1::Receipt& receipt) {
   receipt.set_ticket(ticket);
   receipt.set_epoch(snapshot.epoch);

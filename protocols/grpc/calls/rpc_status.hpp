@@ -8,7 +8,7 @@
 
 namespace aprsim::grpc_server {
 
-/// gRPC form of an error of ours: "field: message" under the code that means the same.
+/// Converts an error to a gRPC status: "field: message" with the corresponding code.
 [[nodiscard]] inline grpc::Status rpc_status(const Error& error) {
   const auto code = [&] {
     switch (error.code) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "protocols/grpc/calls/upload_limits.hpp"
 #include "protocols/net/listener_options.hpp"
 #include "protocols/ports/incident_source.hpp"
 #include "protocols/ports/robot_port.hpp"
@@ -24,16 +25,20 @@ struct TelemetryOptions {
   int max_streams = 32;         ///< snapshot streams at once; more get RESOURCE_EXHAUSTED
   double default_rate_hz = 20;  ///< of a stream that asks for 0
   double max_rate_hz = 1000;    ///< asking for more is INVALID_ARGUMENT
-  /// Backlog that each stream of every step may keep for a reader that is behind.
+  /// Largest backlog of each stream of every step.
   std::size_t max_backlog_samples = 4096, max_backlog_bytes = std::size_t{8} << 20;
+  /// Limit of the backlogs of all these streams together; each gets an equal part.
+  std::size_t max_backlogs_bytes = std::size_t{64} << 20;
+  std::size_t max_memory_bytes = std::size_t{64} << 20;  ///< of gRPC's own buffers
   int max_event_streams = 32;                       ///< at once; more get RESOURCE_EXHAUSTED
   std::chrono::milliseconds command_timeout{2000};  ///< for calls that carry no deadline
   std::chrono::milliseconds write_timeout{10000};   ///< a stream stuck in one write ends
-  api::History* history = nullptr;                  ///< null = no past is kept; outlives the server
-  protocols::StateFiles* state_files = nullptr;  ///< null = states stay where they are; outlives it
-  api::SnapshotFeed* feed = nullptr;             ///< of every step; null = no such streams
-  const api::EventSource* events = nullptr;      ///< of the cell; null = no such streams
-  std::vector<protocols::RobotPort*> robots = {};  ///< outlive the server
+  api::History* history = nullptr;                  ///< null = no history; outlives the server
+  protocols::StateFiles* state_files = nullptr;     ///< null = no import and export; outlives it
+  UploadLimits uploads;                             ///< of states
+  api::SnapshotFeed* feed = nullptr;                ///< of every step; null = no such streams
+  const api::EventSource* events = nullptr;         ///< of the cell; null = no such streams
+  std::vector<protocols::RobotPort*> robots = {};   ///< outlive the server
   std::string instance_id;  ///< names this process to clients; empty = random
   protocols::IncidentSource* incidents = nullptr;  ///< null = there are none; outlives the server
 };

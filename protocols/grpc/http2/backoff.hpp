@@ -12,9 +12,9 @@
 
 namespace aprsim::grpc_server {
 
-/// Addresses that have asked for too much lately. They stay served, since honest clients may share
-/// theirs: new connections begin one after the other, with less patience for each. Thread: one at
-/// a time.
+/// Addresses that have exceeded limits recently. They are still served, because other clients may
+/// share an address: new connections begin one after the other, with shorter timeouts. Thread: one
+/// at a time.
 class Backoff {
  public:
   using Clock = protocols::RateLimit::Clock;
@@ -25,11 +25,10 @@ class Backoff {
   static constexpr std::size_t kMaxAddresses = 1024;              ///< remembered at once
 
   void offend(const Address& address, Clock::time_point now);
-  /// Streams that an address has given up, on whatever connection: too many are an offence.
+  /// Counts streams that an address has reset, on any connection: too many are an offence.
   void count_resets(const Address& address, std::uint64_t count, Clock::time_point now);
   [[nodiscard]] bool on(const Address& address, Clock::time_point now) const;
-  /// Whether it is this new connection's turn; to be asked again and again until it is, or until
-  /// it leaves.
+  /// Whether this new connection may begin; to be queried repeatedly until it may or has closed.
   [[nodiscard]] bool may_begin(const Address& address, const void* connection,
                                Clock::time_point now);
   void leave(const Address& address, const void* connection);
@@ -40,7 +39,7 @@ class Backoff {
     std::deque<const void*> waiting;
     protocols::RateLimit resets{kResetsPerS, kResetBurst};
   };
-  /// Null when too many others are remembered.
+  /// Null when the table is full.
   Entry* entry(const Address& address, Clock::time_point now);
 
   std::map<Address, Entry> entries_;

@@ -17,9 +17,9 @@ constexpr std::uint8_t kData = 0, kHeaders = 1, kRstStream = 3, kSettings = 4, k
                        kContinuation = 9;
 constexpr std::uint8_t kAck = 1, kEndStream = 1;
 
-/// The greatest frame that is no data and that gRPC has to take.
+/// Largest frame without data that gRPC must accept.
 constexpr std::size_t kMaxFrameBytes = 16'384;
-/// Burst that may come at once before a client is too quick.
+/// Burst of frames before the rate limit applies.
 constexpr std::chrono::milliseconds kPaceSlack{100};
 
 tl::unexpected<Error> too_much(std::string message) {
@@ -70,7 +70,7 @@ Http2Guard::Clock::duration Http2Guard::pause(Clock::time_point now) const {
   return std::max(Clock::duration::zero(), paced_until_ - now);
 }
 
-/// The preface goes before all frames.
+/// The preface precedes all frames.
 Result<void> Http2Guard::greet(std::span<const char>& bytes) {
   for (; greeted_ < kPreface.size() && !bytes.empty(); bytes = bytes.subspan(1)) {
     if (bytes.front() != kPreface[greeted_++]) return too_much("it does not speak HTTP/2");

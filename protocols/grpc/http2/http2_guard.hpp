@@ -14,16 +14,16 @@ namespace aprsim::grpc_server {
 
 /// Limits of a connection to gRPC, far above the needs of its clients.
 struct Http2Limits {
-  double resets_per_s = 100;  ///< streams given up, by either side
+  double resets_per_s = 100;  ///< streams reset, by either side
   double reset_burst = 200;   ///< at once
   std::size_t max_open_streams = 128;
   std::size_t max_header_block_bytes = 16'384;
-  int max_continuations = 8;     ///< frames that go on with a header block
-  int max_unanswered = 64;       ///< pings and settings; then the client waits for the answers
-  double frames_per_s = 20'000;  ///< without those of data; then the client waits
+  int max_continuations = 8;  ///< CONTINUATION frames of a header block
+  int max_unanswered = 64;  ///< PING and SETTINGS frames; beyond them the client waits for replies
+  double frames_per_s = 20'000;  ///< without DATA frames; beyond them the client waits
 };
 
-/// The frames at one end of an HTTP/2 connection, by their headers; payloads pass unread.
+/// Parses the frame headers at one end of an HTTP/2 connection; payloads are skipped.
 class Http2Frames {
  public:
   struct Frame {
@@ -45,7 +45,7 @@ class Http2Frames {
   std::size_t header_size_ = 0, payload_left_ = 0;
 };
 
-/// Judges one HTTP/2 connection by its frames (RFC 9113), before gRPC sees them: gRPC 1.51 bounds
+/// Checks the frames of one HTTP/2 connection (RFC 9113) before gRPC sees them: gRPC 1.51 bounds
 /// neither streams that are opened and reset at once (CVE-2023-44487) nor header blocks in many
 /// parts (CVE-2023-33953) nor pings, and holds clients to its number of streams only once they
 /// have agreed to it. Without sockets. Thread: one at a time.
@@ -56,20 +56,20 @@ class Http2Guard {
   explicit Http2Guard(const Http2Limits& limits)
       : limits_(limits), resets_(limits.resets_per_s, limits.reset_burst) {}
 
-  /// Looks at what the client has sent. An error names what was too much; nothing of `bytes` may
-  /// then go on to gRPC.
+  /// Checks bytes from the client. An error names the limit; `bytes` must then not be forwarded to
+  /// gRPC.
   [[nodiscard]] Result<void> from_client(std::span<const char> bytes, Clock::time_point now);
-  /// Looks at what gRPC has answered.
+  /// Checks bytes from gRPC.
   [[nodiscard]] Result<void> from_server(std::span<const char> bytes, Clock::time_point now);
 
-  /// The client has so many pings and settings without an answer that it is not heard until some
-  /// are answered.
+  /// Whether too many PING and SETTINGS frames of the client await their replies: it is not read
+  /// until some are answered.
   [[nodiscard]] bool awaits_answers() const { return unanswered_ >= limits_.max_unanswered; }
-  /// How long the client is not heard because it was too quick; 0 = it was not.
+  /// Time for which the client is not read because it exceeded the rate; 0 = it did not.
   [[nodiscard]] Clock::duration pause(Clock::time_point now) const;
-  /// Whether a frame of somebody else's may follow what gRPC has answered.
+  /// Whether the bytes from gRPC end with a whole frame, so that another one may follow.
   [[nodiscard]] bool server_between_frames() const { return server_.between_frames(); }
-  /// Streams given up so far.
+  /// Streams reset so far.
   [[nodiscard]] std::uint64_t resets() const { return reset_count_; }
 
  private:
@@ -84,7 +84,7 @@ class Http2Guard {
   std::size_t greeted_ = 0;  ///< bytes of the connection preface seen
   protocols::RateLimit resets_;
   std::uint64_t reset_count_ = 0;
-  std::set<std::uint32_t> open_;  ///< streams of the client that nobody has ended
+  std::set<std::uint32_t> open_;  ///< streams of the client that have not ended
   std::uint32_t last_stream_ = 0;
   std::size_t header_block_bytes_ = 0;
   int continuations_ = 0;

@@ -25,18 +25,18 @@ using boost::system::error_code;
 /// Kernel buffers between gRPC and the relay: data that waits there is stale for a slow reader.
 constexpr int kPairBufferBytes = 64 * 1024;
 constexpr int kSendBufferBytes = 256 * 1024;
-/// After a refusal the client may read why, for so long and while it sends no more than this: a
-/// socket closed with unread data takes back what it has sent.
+/// After a refusal the client may read the reason, for this time and while it sends no more than
+/// these bytes: closing a socket with unread data discards the sent data.
 constexpr std::chrono::milliseconds kLinger{500};
 constexpr std::size_t kMaxRestBytes = std::size_t{1} << 20;
 
-/// A client that has sent less than HTTP/2's preface has asked for nothing.
+/// A client that has sent less than HTTP/2's preface has made no request.
 constexpr std::size_t kPrefaceBytes = 24;
 
-/// How often one who waits asks whether it is its turn.
+/// Period at which a waiting connection queries its turn.
 constexpr std::chrono::milliseconds kTurnPeriod{20};
 
-/// GOAWAY on behalf of gRPC: any stream may have been looked at, ENHANCE_YOUR_CALM.
+/// GOAWAY on behalf of gRPC: any stream may have been processed, ENHANCE_YOUR_CALM.
 std::string go_away(const std::string& why) {
   const std::size_t length = 8 + why.size();
   std::string frame{static_cast<char>(length >> 16U),
@@ -59,7 +59,7 @@ std::string go_away(const std::string& why) {
   return frame + why;
 }
 
-/// gRPC knows its peers by the names of their sockets: that of the client instead of none.
+/// gRPC identifies peers by the names of their sockets: name the socket after the client.
 void name_end(int fd, const std::string& name) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
@@ -97,7 +97,7 @@ void Http2Relay::start() {
 
 void Http2Relay::wait_for_turn() {
   const auto now = Http2Guard::Clock::now();
-  // Clients that come and go must not hold up those that wait.
+  // Short-lived clients must not delay waiting ones.
   if (client_has_gone()) return close();
   if (backoff_.may_begin(address_, this, now)) {
     waiting_ = false;
@@ -111,7 +111,7 @@ void Http2Relay::wait_for_turn() {
   });
 }
 
-/// Also behind what it has sent.
+/// Also after the bytes that it has sent.
 bool Http2Relay::client_has_gone() {
   tcp_info info{};
   socklen_t size = sizeof info;
@@ -143,7 +143,7 @@ void Http2Relay::connect() {
     log_.warn(fmt::format("closing {}: no socket pair: {}", peer_, std::strerror(errno)));
     return close();
   }
-  // Kernel buffers for a client that takes nothing are bounded, and such a client shows soon.
+  // Bound the kernel buffers of a client that reads nothing, so that it is detected soon.
   error_code ignored;
   socket().set_option(asio::socket_base::send_buffer_size(kSendBufferBytes), ignored);
   if (rules_.clients != nullptr) {
@@ -201,7 +201,7 @@ void Http2Relay::evict() {
   close();
 }
 
-/// Reads on, as soon as the guard lets it.
+/// Continues reading when the guard permits it.
 void Http2Relay::hear() {
   if (closed_ || refused_) return;
   deaf_ = guard_.awaits_answers();
@@ -255,7 +255,7 @@ void Http2Relay::on_server(std::size_t size) {
   if (deaf_ && !guard_.awaits_answers()) hear();
   std::size_t sent = 0;
   if (!client_.is_secure()) {
-    // Most clients take it at once; the others have the stall timer.
+    // Most clients read it at once; the stall timer ends the others.
     error_code error;
     sent = socket().write_some(asio::buffer(to_client_.data(), size), error);
     if (error && error != asio::error::would_block) return close();
@@ -295,7 +295,7 @@ void Http2Relay::refuse(const std::string& why, bool between_frames) {
   error_code ignored;
   server_.close(ignored);
   hear_timer_.cancel(ignored);
-  // A word between two frames; in the midst of one it would be garbage.
+  // GOAWAY is valid between two frames only.
   if (answering_ || !between_frames) return close();
   last_word_ = go_away(why);
   asio::async_write(client_, asio::buffer(last_word_),

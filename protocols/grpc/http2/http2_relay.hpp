@@ -28,17 +28,17 @@ class Http2Relay;
 struct RelayRules {
   Http2Limits limits;
   Http2Limits backoff_limits{.resets_per_s = 10, .reset_burst = 20};
-  std::chrono::milliseconds stall_timeout{20000};  ///< a client that takes nothing for so long goes
+  std::chrono::milliseconds stall_timeout{20000};  ///< ends a client that reads nothing for so long
   std::chrono::milliseconds handshake_timeout{5000};
-  std::shared_ptr<protocols::Tls> tls = {};  ///< null = nothing is encrypted
+  std::shared_ptr<protocols::Tls> tls = {};  ///< null = no encryption
   std::function<void(int fd)> hand_over;     ///< gives gRPC a connected socket
   std::function<void(Http2Relay&)> on_end;
-  ConnectedClients* clients = nullptr;  ///< where the relays say whom they serve
+  ConnectedClients* clients = nullptr;  ///< registry of the clients of the relays
 };
 
-/// Between one client's socket and gRPC, which gets the other end of a socket pair: passes bytes
-/// both ways, a buffer at a time, as long as the guard finds nothing wrong with them. TLS ends
-/// here, so that the guard sees what it encrypts. Keeps itself alive while an operation is pending.
+/// Relay between one client's socket and gRPC, which has the other end of a socket pair. Forwards
+/// bytes both ways, one buffer at a time, while the guard accepts them. TLS ends here, so that the
+/// guard sees plain bytes. Keeps itself alive while an operation is pending.
 /// Thread: the listener's.
 class Http2Relay : public std::enable_shared_from_this<Http2Relay> {
  public:
@@ -50,11 +50,11 @@ class Http2Relay : public std::enable_shared_from_this<Http2Relay> {
              Backoff& backoff);
 
   void start();
-  /// Goes on until gRPC has closed its end.
+  /// Ends when gRPC has closed its end.
   void drain();
   /// Closes at once.
   void close();
-  /// The same for a newcomer's sake.
+  /// The same, to make room for a new client.
   void evict();
   [[nodiscard]] protocols::ConnectionLimiter::Slot& slot() { return slot_; }
 
@@ -70,11 +70,11 @@ class Http2Relay : public std::enable_shared_from_this<Http2Relay> {
   void on_client(std::size_t size);
   void read_server();
   void on_server(std::size_t size);
-  /// Ends it. `between_frames`: what the client has been sent ends with a whole frame.
+  /// Ends it. `between_frames`: the bytes sent to the client end with a whole frame.
   void refuse(const std::string& why, bool between_frames);
   void read_rest();
 
-  /// Answers the client has been sent on: gRPC's next ones.
+  /// The client has received the present replies: read the next ones of gRPC.
   void on_sent(bool failed);
   void await_taking();
   [[nodiscard]] Socket& socket() { return client_.next_layer(); }
@@ -85,8 +85,8 @@ class Http2Relay : public std::enable_shared_from_this<Http2Relay> {
   std::string name_;  ///< of the socket that gRPC sees
   protocols::ConnectionLimiter::Slot slot_;
   protocols::ConnectionTrace trace_;
-  std::string end_;        ///< why it ends
-  std::size_t heard_ = 0;  ///< bytes, up to those of HTTP/2's preface
+  std::string end_;        ///< the reason of its end
+  std::size_t heard_ = 0;  ///< bytes received, up to the length of HTTP/2's preface
   const RelayRules& rules_;
   protocols::LimitedLog& log_;
   Backoff& backoff_;
@@ -94,9 +94,9 @@ class Http2Relay : public std::enable_shared_from_this<Http2Relay> {
   Http2Guard guard_;
   boost::asio::steady_timer hear_timer_, stall_timer_;
   Buffer to_server_, to_client_;
-  std::size_t rest_ = 0;   ///< bytes thrown away after a refusal
-  bool deaf_ = false;      ///< not heard until gRPC has answered
-  std::string last_word_;  ///< on its way after a refusal
+  std::size_t rest_ = 0;   ///< bytes discarded after a refusal
+  bool deaf_ = false;      ///< not read until gRPC has replied
+  std::string last_word_;  ///< in flight after a refusal
   bool answering_ = false, waiting_ = false, refused_ = false, closed_ = false;
 };
 

@@ -10,14 +10,18 @@
 #include "protocols/messages/control_request.hpp"
 #include "protocols/messages/write_message.hpp"
 #include "protocols/ports/command_failure.hpp"
+#include "world/api/commands/stop_command.hpp"
 
 namespace aprsim::grpc_server {
 namespace {
 
 constexpr std::chrono::nanoseconds kLongestWait = std::chrono::hours(1);
+/// An accepted stop is confirmed after this time, whether or not a step has shown its effect.
+constexpr std::chrono::milliseconds kStopDeadline{100};
 
 grpc::Status no_state_files() {
-  return {grpc::StatusCode::FAILED_PRECONDITION, "state: this daemon gives no states out"};
+  return {grpc::StatusCode::FAILED_PRECONDITION,
+          "state: this daemon does not export or import states"};
 }
 
 std::function<void(const grpc::Status&)> finisher(grpc::ServerUnaryReactor* reactor) {
@@ -29,7 +33,12 @@ std::function<void(const grpc::Status&)> finisher(grpc::ServerUnaryReactor* reac
 ControlService::ControlService(const TelemetryOptions& options, api::CommandSink& sink,
                                const api::SnapshotSource& source, CommandWaiter& waiter,
                                const CallGate& gate)
-    : options_(options), sink_(sink), source_(source), waiter_(waiter), gate_(gate) {}
+    : options_(options),
+      sink_(sink),
+      source_(source),
+      waiter_(waiter),
+      gate_(gate),
+      uploads_(options.uploads.all_bytes) {}
 
 std::chrono::steady_clock::time_point ControlService::deadline(
     const grpc::CallbackServerContext& context, std::chrono::nanoseconds otherwise) {
@@ -68,16 +77,23 @@ grpc::ServerUnaryReactor* ControlService::command(grpc::CallbackServerContext* c
 
 void ControlService::carry_out(grpc::CallbackServerContext* context, const Finish& finish,
                                Body body, Fill fill) {
-  const auto ticket = sink_.submit({options_.listener.endpoint, std::move(body)});
+  api::Command command{options_.listener.endpoint, std::move(body)};
+  const bool stop = api::is_stop(command);
+  const auto ticket = sink_.submit(std::move(command));
   if (!ticket) return finish(rpc_status(ticket.error()));
-  auto outcome = [ticket = *ticket, fill = std::move(fill)](
+  CommandWaiter::Call call{context, finish, deadline(*context), {}, {}};
+  if (stop) {
+    call.deadline = std::min(call.deadline, std::chrono::steady_clock::now() + kStopDeadline);
+    call.confirm = [ticket = *ticket, fill](const api::Snapshot& s) { fill(s, ticket); };
+  }
+  call.outcome = [ticket = *ticket, fill = std::move(fill)](
                      const api::Snapshot& snapshot) -> std::optional<grpc::Status> {
     if (snapshot.applied < ticket) return std::nullopt;
     if (const Error* error = protocols::failure_of(snapshot, ticket)) return rpc_status(*error);
     fill(snapshot, ticket);
     return grpc::Status::OK;
   };
-  waiter_.wait({context, finish, deadline(*context), std::move(outcome), {}});
+  waiter_.wait(std::move(call));
 }
 
 grpc::ServerUnaryReactor* ControlService::Pause(grpc::CallbackServerContext* context,
@@ -141,11 +157,11 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
   };
   auto forget = [this, context, goal] {
     const std::lock_guard goal_lock(step_mutex_);
-    // A caller that has gone wants no more steps; others that wait for some keep theirs.
+    // A cancelled call wants no more steps; other waiting calls keep theirs.
     if (context->IsCancelled() && step_goal_ == goal) {
       (void)sink_.submit({options_.listener.endpoint, api::SimulationCommand(api::Pause{})});
     }
-    // A pause in between forgets the rest of the steps: do not count on them for the next call.
+    // A pause drops the remaining steps: the next call must not count on them.
     step_goal_ = 0;
   };
   waiter_.wait({context, finisher(reactor), deadline(*context), std::move(outcome),
@@ -153,8 +169,7 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
   return reactor;
 }
 
-// Commands over gRPC are answered once they have taken effect, so they never wait for time to go
-// on.
+// The reply to a command over gRPC follows its effect, so commands never wait for time to pass.
 grpc::ServerUnaryReactor* ControlService::pass_time(grpc::CallbackServerContext* context,
                                                     std::uint64_t steps,
                                                     const std::optional<SnapshotView>& wanted,
@@ -164,10 +179,11 @@ grpc::ServerUnaryReactor* ControlService::pass_time(grpc::CallbackServerContext*
   if (!pacer_) {
     pacer_ = time.join({.name = "grpc"}, [] {});
     if (!pacer_) {
-      return refuse(context, {ErrorCode::kFailedPrecondition, "step", "the place is taken"});
+      return refuse(context,
+                    {ErrorCode::kFailedPrecondition, "step", "another client paces as grpc"});
     }
   }
-  // Until it asks, time stands.
+  // Time waits for its request.
   const api::SnapshotPtr now = source_.latest();
   if (step_epoch_ == now->epoch && now->step < step_goal_) {
     return refuse(context, {ErrorCode::kFailedPrecondition, "step",
@@ -326,17 +342,22 @@ grpc::ServerReadReactor<v1::ImportStateRequest>* ControlService::ImportState(
     grpc::CallbackServerContext* context, v1::ImportStateResponse* response) {
   if (const auto refused = refusal(*context)) return new FileReceiver(*refused);
   if (options_.state_files == nullptr) return new FileReceiver(no_state_files());
-  return new FileReceiver([this, context, response](FileReceiver& receiver, std::string name,
-                                                    std::string bytes) {
-    auto file = options_.state_files->read(std::move(bytes));
-    if (!file) return receiver.Finish(rpc_status(file.error()));
-    response->set_name(name.empty() ? file->name : name);
-    api::SaveState save{response->name(), std::move(file->state)};
-    carry_out(
-        context, [&receiver](const grpc::Status& status) { receiver.Finish(status); },
-        api::SimulationCommand(std::move(save)),
-        [response](const auto& s, auto t) { write_receipt(s, t, *response->mutable_receipt()); });
-  });
+  return new FileReceiver(
+      options_.uploads, uploads_,
+      [this, context, response](FileReceiver& receiver, std::string name, std::string bytes) {
+        // A cancelled client has not sent its whole file.
+        if (context->IsCancelled()) return receiver.end(grpc::Status::CANCELLED);
+        auto file = options_.state_files->read(std::move(bytes));
+        if (!file) return receiver.end(rpc_status(file.error()));
+        response->set_name(name.empty() ? file->name : name);
+        api::SaveState save{response->name(), std::move(file->state)};
+        carry_out(
+            context, [&receiver](const grpc::Status& status) { receiver.end(status); },
+            api::SimulationCommand(std::move(save)),
+            [response](const auto& s, auto t) {
+              write_receipt(s, t, *response->mutable_receipt());
+            });
+      });
 }
 
 grpc::ServerUnaryReactor* ControlService::ListStates(grpc::CallbackServerContext* context,

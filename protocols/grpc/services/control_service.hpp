@@ -9,17 +9,18 @@
 #include "protocols/grpc/calls/command_waiter.hpp"
 #include "protocols/grpc/calls/telemetry_options.hpp"
 #include "protocols/grpc/streams/snapshot_view.hpp"
+#include "protocols/grpc/streams/upload_budget.hpp"
 
 namespace aprsim::grpc_server {
 
-/// aprsim.v1.ControlService on the callback API: submits a command and leaves the rest of the call
-/// to the waiter.
+/// aprsim.v1.ControlService on the callback API: submits a command and lets
+/// the waiter finish the call.
 class ControlService final : public v1::ControlService::CallbackService {
  public:
   ControlService(const TelemetryOptions& options, api::CommandSink& sink,
                  const api::SnapshotSource& source, CommandWaiter& waiter, const CallGate& gate);
 
-  /// Why the call must do nothing, also one of another service; absent = it may.
+  /// The refusal of a call, also of another service; absent = it is permitted.
   [[nodiscard]] std::optional<grpc::Status> refusal(
       const grpc::CallbackServerContext& context) const;
 
@@ -91,33 +92,33 @@ class ControlService final : public v1::ControlService::CallbackService {
   using Body = decltype(api::Command::body);
   using Fill = std::function<void(const api::Snapshot&, api::Ticket)>;
   using Finish = std::function<void(const grpc::Status&)>;
-  /// Submits, and finishes once the command has taken effect, after `fill` if it was carried out.
+  /// Submits the command and finishes once it has taken effect, after `fill` if it succeeded.
   void carry_out(grpc::CallbackServerContext* context, const Finish& finish, Body body, Fill fill);
 
  private:
   static grpc::ServerUnaryReactor* refuse(grpc::CallbackServerContext* context, const Error& error);
   static grpc::ServerUnaryReactor* end(grpc::CallbackServerContext* context,
                                        const grpc::Status& status);
-  /// Submits and answers with `fill` once the command has taken effect.
+  /// Submits the command and replies with `fill` once it has taken effect.
   grpc::ServerUnaryReactor* command(grpc::CallbackServerContext* context, Body body, Fill fill);
-  /// In virtual time, of the caller that paces: lets so much of it pass.
+  /// Lets virtual time pass for the caller that paces it.
   grpc::ServerUnaryReactor* pass_time(grpc::CallbackServerContext* context, std::uint64_t steps,
                                       const std::optional<SnapshotView>& wanted,
                                       v1::StepResponse* response);
-  /// The snapshot, as far as it is wanted.
+  /// Writes the wanted part of the snapshot.
   template <typename Response>
   void write_wanted(const api::Snapshot& snapshot, const std::optional<SnapshotView>& wanted,
                     Response& response) const;
-  /// Changes the scene; the answer tells of the body of this name, where it has a place for it.
+  /// Changes the scene; the response has the body of this name, if it has a field for one.
   template <typename Response>
   grpc::ServerUnaryReactor* change_scene(grpc::CallbackServerContext* context,
                                          api::SceneCommand change, Response* response,
                                          const std::string& body = "");
-  /// Status and answer of a run that has ended.
+  /// Status and response of a run that has ended.
   grpc::Status finish_run(const api::RunEnd& end, const api::Snapshot& snapshot,
                           const std::optional<SnapshotView>& wanted,
                           v1::RunUntilResponse& response) const;
-  /// The client's, or so much from now.
+  /// The client's deadline, or this span from now.
   [[nodiscard]] static std::chrono::steady_clock::time_point deadline(
       const grpc::CallbackServerContext& context, std::chrono::nanoseconds otherwise);
   [[nodiscard]] std::chrono::steady_clock::time_point deadline(
@@ -130,8 +131,9 @@ class ControlService final : public v1::ControlService::CallbackService {
   const api::SnapshotSource& source_;
   CommandWaiter& waiter_;
   const CallGate& gate_;
+  UploadBudget uploads_;
 
-  // Where the steps asked for so far will end, so that calls at the same time add up.
+  // The last step requested so far, so that concurrent calls add up.
   std::mutex step_mutex_;
   std::uint64_t step_goal_ = 0;
   std::uint64_t step_epoch_ = 0;

@@ -21,7 +21,7 @@ grpc::Status no_history() {
           "history: this daemon keeps no past (history.minutes is 0)"};
 }
 
-/// As rpc_status, but for a history that is busy.
+/// As rpc_status(), with RESOURCE_EXHAUSTED for a busy history.
 grpc::Status history_status(const Error& error) {
   grpc::Status status = rpc_status(error);
   if (status.error_code() != grpc::StatusCode::UNAVAILABLE) return status;
@@ -34,7 +34,7 @@ grpc::ServerUnaryReactor* end(grpc::CallbackServerContext* context, const grpc::
   return reactor;
 }
 
-/// One moment after the other, each when the reader has taken the one before. Owns itself.
+/// Sends moments one after the other, each when the one before has been written. Owns itself.
 class PastStream final : public grpc::ServerWriteReactor<v1::StreamPastResponse> {
  public:
   explicit PastStream(const grpc::Status& refusal) { Finish(refusal); }

@@ -8,14 +8,14 @@
 
 namespace aprsim::grpc_server {
 
-/// aprsim.v1.HistoryService on the callback API: asks the history, which answers from a thread of
-/// its own. Never waits.
+/// aprsim.v1.HistoryService on the callback API: queries the history, which replies
+/// from its own thread. Never waits.
 class HistoryService final : public v1::HistoryService::CallbackService {
  public:
-  /// Ranges that are streamed at once.
+  /// Concurrent streams of ranges.
   static constexpr int kMaxStreams = 8;
 
-  /// `control` judges who may command, and commands.
+  /// `control` checks permissions and submits commands.
   HistoryService(const TelemetryOptions& options, ControlService& control)
       : options_(options), control_(control) {}
 

@@ -10,13 +10,13 @@
 namespace aprsim::grpc_server {
 namespace {
 
-/// Size of a message.
+/// Size of a message's data.
 constexpr std::size_t kPieceBytes = std::size_t{256} << 10;
-/// Calls at a time: their data stays in memory.
+/// Concurrent calls: their data stays in memory.
 constexpr int kMostOpen = 4;
 constexpr std::chrono::seconds kDefaultSpan{60}, kLongestSpan{86'400};
 
-/// Sends one incident, or says why not.
+/// Sends one incident, or an error.
 class IncidentStream final : public grpc::ServerWriteReactor<v1::GetIncidentResponse> {
  public:
   explicit IncidentStream(std::atomic<int>& open) : open_(open) {}
@@ -56,7 +56,7 @@ class IncidentStream final : public grpc::ServerWriteReactor<v1::GetIncidentResp
 
   std::atomic<int>& open_;
   protocols::Incident incident_;
-  std::size_t piece_ = 0, at_ = 0;  ///< what is to be sent next
+  std::size_t piece_ = 0, at_ = 0;  ///< the next data to send
   v1::GetIncidentResponse response_;
 };
 
@@ -67,7 +67,7 @@ Result<std::chrono::nanoseconds> span_of(const v1::GetIncidentRequest& request) 
   const bool possible = seconds >= 0 && seconds <= kLongestSpan.count() && nanos.count() >= 0 &&
                         nanos < std::chrono::seconds(1);
   if (!possible || (seconds == 0 && nanos.count() == 0)) {
-    return fail(ErrorCode::kInvalidArgument, "last", "it is not above 0 and up to 86400 s");
+    return fail(ErrorCode::kInvalidArgument, "last", "must be above 0 s and at most 86400 s");
   }
   return std::chrono::seconds(seconds) + nanos;
 }
@@ -81,16 +81,17 @@ grpc::ServerWriteReactor<v1::GetIncidentResponse>* JournalService::GetIncident(
   const auto refused = gate_.refusal(*context);
   if (++open_ > kMostOpen) {
     stream->Finish(grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED,
-                                "incidents: four are being taken; try again"));
+                                "incidents: four calls are in progress; try again"));
   } else if (refused) {
     stream->Finish(*refused);
   } else if (!span) {
     stream->Finish(rpc_status(span.error()));
   } else if (incidents_ == nullptr) {
-    stream->Finish(grpc::Status(grpc::StatusCode::FAILED_PRECONDITION,
-                                "journal: nothing of the run is kept (journal.memory_mb is 0)"));
+    stream->Finish(
+        grpc::Status(grpc::StatusCode::FAILED_PRECONDITION,
+                     "journal: the run is not recorded in memory (journal.memory_mb is 0)"));
   } else {
-    // It is there until it has finished, which it does in there.
+    // The stream exists until send() has finished it.
     incidents_->take_incident(*span, [stream](Result<protocols::Incident> incident) {
       stream->send(std::move(incident));
     });

@@ -20,20 +20,20 @@ namespace {
 
 constexpr double kDefaultRateHz = 20, kMaxRateHz = 1000;
 
-// The unit of a message as that of a value, which counts from 0.
+// Converts the unit of a message to that of a value, which counts from 0.
 template <typename Unit, typename Stated>
 std::optional<Unit> unit_of(bool stated, Stated unit) {
   if (!stated || unit == 0) return std::nullopt;
   return static_cast<Unit>(static_cast<int>(unit) - 1);
 }
 
-// One call of one answer, with a session of its own.
+// One unary call, with a session of its own.
 template <typename Response>
 class SessionCall final : public grpc::ServerUnaryReactor, public protocols::RobotClient {
  public:
   explicit SessionCall(Response& response) : response_(response) {}
 
-  /// Goes on with the session, or ends with why there is none.
+  /// Continues with the session, or finishes with the error.
   void begin(std::shared_ptr<SessionCall> self,
              Result<std::shared_ptr<protocols::RobotSession>> session,
              const std::function<void(protocols::RobotSession&)>& ask) {
@@ -167,7 +167,7 @@ grpc::ServerWriteReactor<crcl::v1::StreamStatusResponse>* RobotService::StreamSt
     return stream.get();
   }
   const auto* report = request->has_report() ? &request->report() : nullptr;
-  // A status an hour is the slowest that makes sense.
+  // The lowest rate is one status an hour.
   const std::chrono::duration<double> period(std::min(1 / rate_hz, 3600.0));
   stream->begin(stream, open(request->options(), report, *context, stream),
                 std::chrono::duration_cast<std::chrono::nanoseconds>(period));

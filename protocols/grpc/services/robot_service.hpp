@@ -11,11 +11,11 @@
 
 namespace aprsim::grpc_server {
 
-/// aprsim.crcl.v1.RobotService on the callback API: sessions with the robots' ports, by the ports'
-/// own rules.
+/// aprsim.crcl.v1.RobotService on the callback API: sessions with the robots' ports, with
+/// the rules of these ports.
 class RobotService final : public crcl::v1::RobotService::CallbackService {
  public:
-  /// Why the caller may not command; absent = it may.
+  /// The refusal of a caller; absent = it may command.
   using Refusal = std::function<std::optional<grpc::Status>(const grpc::CallbackServerContext&)>;
 
   /// The ports outlive the service.

@@ -18,13 +18,13 @@ namespace aprsim::grpc_server {
 
 class RobotService;
 
-/// One session over a stream in both directions. While the client does not take its statuses
-/// nothing more is read from it, so that what is kept for it is bounded. Thread: any.
+/// One session over a bidirectional stream. While the client does not read its statuses, the server
+/// reads no further commands, so memory is bounded. Thread: any.
 class RobotStream final
     : public grpc::ServerBidiReactor<crcl::v1::ConnectRequest, crcl::v1::ConnectResponse>,
       public protocols::RobotClient {
  public:
-  /// `refused`: why the caller may not command.
+  /// `refused`: the refusal of a caller that may not command.
   RobotStream(const RobotService& service, grpc::CallbackServerContext& context,
               std::optional<grpc::Status> refused);
   /// Owned by the call from now on.
@@ -44,7 +44,7 @@ class RobotStream final
   static constexpr std::size_t kMaxPending = 64;  // statuses
 
   void take_request();
-  // These with the mutex held.
+  // The mutex is held by the callers of these.
   void read();
   void write();
   void end(const grpc::Status& status);
@@ -67,7 +67,7 @@ class RobotStream final
   std::optional<grpc::Status> end_;
 };
 
-/// Statuses at a rate: the latest one wins where the client is slow. Thread: any.
+/// Statuses at a rate; a slow client receives the latest only. Thread: any.
 class StatusStream final : public grpc::ServerWriteReactor<crcl::v1::StreamStatusResponse>,
                            public protocols::RobotClient {
  public:
@@ -86,7 +86,7 @@ class StatusStream final : public grpc::ServerWriteReactor<crcl::v1::StreamStatu
   void on_end(const Error& reason) override;
 
  private:
-  // These with the mutex held.
+  // The mutex is held by the callers of these.
   void write();
   void end(const grpc::Status& status);
 

@@ -14,7 +14,7 @@
 namespace aprsim::grpc_server {
 namespace {
 
-/// A stream that is refused before it begins.
+/// Refuses a stream before it begins.
 template <typename Response>
 class RefusedStream final : public grpc::ServerWriteReactor<Response> {
  public:
@@ -46,7 +46,7 @@ Result<double> TelemetryService::rate(const v1::StreamSnapshotsRequest& request)
     return fail(ErrorCode::kInvalidArgument, "rate_hz",
                 fmt::format("{} is not within 0 and {} Hz", asked_hz, options_.max_rate_hz));
   }
-  // A sample an hour is the slowest that makes sense; it keeps the period within its type.
+  // The lowest rate is one sample an hour; the period then fits its type.
   return std::max(asked_hz, 1.0 / 3600);
 }
 

@@ -10,7 +10,7 @@
 namespace aprsim::grpc_server {
 
 /// aprsim.v1.TelemetryService on the callback API. Never waits. Snapshots are streamed as bytes, so
-/// that streams share what has been serialized once.
+/// that streams share serialized ones.
 class TelemetryService final : public v1::TelemetryService::WithRawCallbackMethod_StreamSnapshots<
                                    v1::TelemetryService::WithCallbackMethod_StreamEvents<
                                        v1::TelemetryService::WithCallbackMethod_GetSnapshot<

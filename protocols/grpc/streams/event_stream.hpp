@@ -19,7 +19,7 @@ namespace aprsim::grpc_server {
 
 class EventHub;
 
-/// Which events a client wants.
+/// The events that a client requests.
 struct EventWish {
   std::uint64_t after = 0;
   std::vector<api::CellEventKind> kinds;  ///< empty = all
@@ -27,14 +27,14 @@ struct EventWish {
   bool allow_gap = false, past_only = false;
 };
 
-/// One client's stream of events, with at most one write in flight: where it is in the log is all
-/// that is kept for it.
+/// One client's stream of events, with at most one write in flight. Its only state is its position
+/// in the log.
 class EventStream final : public grpc::ServerWriteReactor<v1::StreamEventsResponse> {
  public:
   EventStream(grpc::CallbackServerContext& context, EventHub& hub, const api::EventSource& events,
               EventWish wish);
 
-  /// Says that it has begun. Before anything else.
+  /// Sends the initial metadata. Call it first.
   void begin() { StartSendInitialMetadata(); }
   /// Sends the next event that is wanted, if nothing is in flight. Thread: the hub's.
   void look();

@@ -47,11 +47,12 @@ void SnapshotStream::produce(const api::SnapshotPtr& snapshot) {
   start_write(std::move(lock), std::move(sample));
 }
 
-void SnapshotStream::append(const api::SnapshotPtr& snapshot) {
+void SnapshotStream::append(const api::SnapshotPtr& snapshot, std::size_t max_bytes) {
   grpc::Slice encoded = view_->encode(snapshot);
   std::unique_lock lock(mutex_);
   if (finished_ || ending_) return;
-  if (backlog_.size() >= limits_.samples || backlog_bytes_ + encoded.size() > limits_.bytes) {
+  const bool full = backlog_bytes_ + encoded.size() > std::min(limits_.bytes, max_bytes);
+  if (backlog_.size() >= limits_.samples || full) {
     hub_.counters().dropped += backlog_.size() + 1;
     const std::string status = "the reader is " + std::to_string(backlog_.size()) + " steps and " +
                                std::to_string(backlog_bytes_) +

@@ -19,32 +19,33 @@ namespace aprsim::grpc_server {
 
 class StreamHub;
 
-/// Backlog that a stream of every step may keep for a reader that is behind.
+/// Largest backlog of a stream of every step.
 struct BacklogLimits {
   std::size_t samples = 4096;
   std::size_t bytes = std::size_t{8} << 20;
 };
 
-/// One client's stream of snapshots, with at most one write in flight. At a rate: one sample waits
-/// behind it; a newer one replaces it, which then counts as dropped, so a slow reader costs
-/// constant memory and always gets the latest. Of every step: all that it has not taken yet wait,
-/// serialized, up to a limit, beyond which the call ends.
+/// One client's stream of snapshots, with at most one write in flight. A stream at a rate keeps one
+/// more sample; a newer one replaces it and counts it as dropped, so a slow reader costs constant
+/// memory and always receives the latest. A stream of every step queues the serialized samples up
+/// to a limit, beyond which the call ends.
 class SnapshotStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
  public:
   /// `rate_hz` 0 = every step.
   SnapshotStream(grpc::CallbackServerContext& context, StreamHub& hub,
                  std::shared_ptr<SharedView> view, double rate_hz, BacklogLimits limits);
 
-  /// Offers a sample, at a rate. Thread: the hub's.
+  /// Offers a sample to a stream at a rate. Thread: the hub's.
   void produce(const api::SnapshotPtr& snapshot);
-  /// The next one, of every step. Thread: the hub's for steps.
-  void append(const api::SnapshotPtr& snapshot);
+  /// Appends the next sample to a stream of every step; `max_bytes` limits the backlog as well.
+  /// Thread: the hub's for steps.
+  void append(const api::SnapshotPtr& snapshot, std::size_t max_bytes);
   /// Cancels the call if one write has been in flight for longer than that. Thread: the hub's.
   void cancel_if_stuck(std::chrono::steady_clock::time_point now,
                        std::chrono::milliseconds write_timeout);
   /// Ends the call with the status, at once if no write is in flight, else by cancelling it.
   void end(const grpc::Status& status);
-  /// Ends the call with the status as soon as the write in flight is done; forgets what waits.
+  /// Ends the call with the status after the write in flight; drops the backlog.
   void give_up(const grpc::Status& status);
 
   [[nodiscard]] bool every_step() const { return rate_hz_ == 0; }

@@ -15,7 +15,7 @@
 
 namespace aprsim::grpc_server {
 
-/// The part of snapshots that a client asks for: fields, and things by their names.
+/// The part of snapshots that a client requests: fields, and things by their names.
 class SnapshotView {
  public:
   using Names = google::protobuf::RepeatedPtrField<std::string>;
@@ -37,7 +37,7 @@ class SnapshotView {
   std::set<std::string, std::less<>> names_;  // empty = all
 };
 
-/// A view that several streams have: what one of them sends is encoded once. Thread: any.
+/// A view that several streams share: each snapshot is encoded once. Thread: any.
 class SharedView {
  public:
   SharedView(SnapshotView view, std::string instance_id)

@@ -1,6 +1,7 @@
 #include "protocols/grpc/streams/state_transfer.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 namespace aprsim::grpc_server {
@@ -20,17 +21,65 @@ void FileSender::OnWriteDone(bool ok) {
   write_next();
 }
 
-FileReceiver::FileReceiver(Take take) : take_(std::move(take)) { StartRead(&request_); }
+FileReceiver::FileReceiver(const UploadLimits& limits, UploadBudget& budget, Take take)
+    : limits_(limits), budget_(&budget), take_(std::move(take)) {
+  set_alarm();
+  StartRead(&request_);
+}
+
+FileReceiver::~FileReceiver() {
+  if (budget_ != nullptr) budget_->give_back(taken_bytes_);
+  if (!alarm_) return;
+  {
+    const std::lock_guard lock(alarm_->mutex);
+    alarm_->receiver = nullptr;
+  }
+  alarm_->alarm.Cancel();
+}
+
+void FileReceiver::set_alarm() {
+  alarm_ = std::make_shared<Alarm>();
+  alarm_->receiver = this;
+  alarm_->alarm.Set(std::chrono::system_clock::now() + limits_.time, [alarm = alarm_](bool due) {
+    const std::lock_guard lock(alarm->mutex);
+    if (!due || alarm->receiver == nullptr) return;
+    alarm->receiver->end({grpc::StatusCode::DEADLINE_EXCEEDED,
+                          "data: not complete within " +
+                              std::to_string(alarm->receiver->limits_.time.count()) + " ms"});
+  });
+}
+
+void FileReceiver::end(const grpc::Status& status) {
+  if (!ended_.exchange(true)) Finish(status);
+}
 
 void FileReceiver::OnReadDone(bool ok) {
-  if (!ok) return take_(*this, std::move(name_), std::move(bytes_));
-  if (std::exchange(first_, false)) name_ = request_.name();
-  if (bytes_.size() + request_.data().size() > kMaxTransfer) {
-    return Finish({grpc::StatusCode::RESOURCE_EXHAUSTED,
-                   "data: more than " + std::to_string(kMaxTransfer) + " bytes"});
+  if (ended_) return;
+  if (!ok) {
+    alarm_->alarm.Cancel();
+    return take_(*this, std::move(name_), std::move(bytes_));
   }
+  if (append_message()) StartRead(&request_);
+}
+
+/// False: the upload has been refused.
+bool FileReceiver::append_message() {
+  if (std::exchange(first_, false)) name_ = request_.name();
+  const std::size_t size = request_.data().size();
+  if (bytes_.size() + size > limits_.file_bytes) {
+    end({grpc::StatusCode::RESOURCE_EXHAUSTED,
+         "data: more than " + std::to_string(limits_.file_bytes) + " bytes"});
+    return false;
+  }
+  if (!budget_->take(size)) {
+    end({grpc::StatusCode::RESOURCE_EXHAUSTED, "data: all uploads together have more than " +
+                                                   std::to_string(limits_.all_bytes) +
+                                                   " bytes; try again"});
+    return false;
+  }
+  taken_bytes_ += size;
   bytes_ += request_.data();
-  StartRead(&request_);
+  return true;
 }
 
 }  // namespace aprsim::grpc_server

@@ -12,17 +12,18 @@ using std::chrono::steady_clock;
 
 namespace {
 constexpr auto kBeat = std::chrono::milliseconds(200), kStepBeat = std::chrono::milliseconds(50);
-/// Snapshots that may wait for the thread for steps, in number and by a guess in bytes.
-constexpr std::size_t kMostWaiting = 1024, kLeastWaiting = 16, kMostBytes = std::size_t{64} << 20;
+/// Largest queue of the thread for steps, in snapshots.
+constexpr std::size_t kMostWaiting = 1024, kLeastWaiting = 16;
 
-std::size_t places_for(const api::Snapshot& snapshot) {
+/// As many as take so many bytes, approximately.
+std::size_t places_for(const api::Snapshot& snapshot, std::size_t max_bytes) {
   const std::size_t bytes = sizeof snapshot + snapshot.robots.size() * sizeof(api::RobotSnapshot) +
                             snapshot.bodies.size() * sizeof(api::BodySnapshot) +
                             snapshot.contacts.capacity() * sizeof(api::ContactSnapshot);
-  return std::clamp(kMostBytes / bytes, kLeastWaiting, kMostWaiting);
+  return std::clamp(max_bytes / bytes, kLeastWaiting, kMostWaiting);
 }
 
-/// A step that has not been handed out, or a change of a cell that stands.
+/// A step that has not been published, or a change of a paused cell.
 bool is_news(const api::Snapshot& now, const api::Snapshot* before) {
   return before == nullptr || now.step != before->step || now.epoch != before->epoch ||
          now.paused || before->paused;
@@ -30,10 +31,12 @@ bool is_news(const api::Snapshot& now, const api::Snapshot* before) {
 }  // namespace
 
 StreamHub::StreamHub(const api::SnapshotSource& source, api::SnapshotFeed* feed, int max_streams,
-                     std::chrono::milliseconds write_timeout, std::function<void()> on_beat)
+                     std::size_t max_backlogs_bytes, std::chrono::milliseconds write_timeout,
+                     std::function<void()> on_beat)
     : source_(source),
       feed_(feed),
       max_streams_(static_cast<std::size_t>(max_streams)),
+      max_backlogs_bytes_(max_backlogs_bytes),
       write_timeout_(write_timeout),
       on_beat_(std::move(on_beat)),
       thread_([this] { run(); }),
@@ -144,7 +147,7 @@ void StreamHub::run_steps() {
   std::vector<api::SnapshotPtr> snapshots;
   std::unique_lock lock(mutex_);
   while (!stopping_) {
-    // The cell is followed only as long as somebody wants it.
+    // The cell is followed only while there are such streams.
     if (step_streams().empty()) {
       follower.reset();
       last_step_.reset();
@@ -152,7 +155,7 @@ void StreamHub::run_steps() {
       continue;
     }
     lock.unlock();
-    if (!follower) follower = feed_->follow(places_for(*source_.latest()));
+    if (!follower) follower = feed_->follow(places_for(*source_.latest(), max_backlogs_bytes_ / 2));
     const bool complete = follower->take(snapshots, steady_clock::now() + kStepBeat);
     hand_out(snapshots, complete);
     snapshots.clear();
@@ -166,10 +169,11 @@ void StreamHub::hand_out(const std::vector<api::SnapshotPtr>& snapshots, bool co
     const std::lock_guard lock(mutex_);
     streams = step_streams();
   }
+  const std::size_t part = max_backlogs_bytes_ / 2 / std::max<std::size_t>(streams.size(), 1);
   for (const api::SnapshotPtr& snapshot : snapshots) {
     if (!is_news(*snapshot, last_step_.get())) continue;
     last_step_ = snapshot;
-    for (const auto& stream : streams) stream->append(snapshot);
+    for (const auto& stream : streams) stream->append(snapshot, part);
   }
   if (complete) return;
   for (const auto& stream : streams) {

@@ -24,15 +24,16 @@ struct StreamCounters {
   std::atomic<std::uint64_t> samples{0}, dropped{0};
 };
 
-/// Gives every stream a sample at its own rate, from one thread and on the monotonic clock; ticks
-/// that the thread itself was too late for are skipped, not made up in a burst. Streams of every
-/// step get theirs from another thread, as they come.
+/// Sends every stream samples at its own rate, from one thread and on the monotonic clock. Missed
+/// ticks are skipped, not sent in a burst. Another thread serves streams of every step.
 class StreamHub {
  public:
-  /// on_beat is called from the hub's thread a few times a second. `feed` gives every step; null =
-  /// there are no such streams.
+  /// on_beat is called from the hub's thread a few times a second. `feed` has every step; null = no
+  /// such streams. Their backlogs together take `max_backlogs_bytes`, as do the snapshots that wait
+  /// for the thread.
   StreamHub(const api::SnapshotSource& source, api::SnapshotFeed* feed, int max_streams,
-            std::chrono::milliseconds write_timeout, std::function<void()> on_beat);
+            std::size_t max_backlogs_bytes, std::chrono::milliseconds write_timeout,
+            std::function<void()> on_beat);
   ~StreamHub();
 
   /// Not OK: RESOURCE_EXHAUSTED with too many streams, UNAVAILABLE once stopped.
@@ -61,7 +62,7 @@ class StreamHub {
 
   const api::SnapshotSource& source_;
   api::SnapshotFeed* const feed_;
-  const std::size_t max_streams_;
+  const std::size_t max_streams_, max_backlogs_bytes_;
   const std::chrono::milliseconds write_timeout_;
   const std::function<void()> on_beat_;
   StreamCounters counters_;

@@ -21,6 +21,7 @@ std::string type_of(const fs::path& file) {
       {".css", "text/css; charset=utf-8"},
       {".svg", "image/svg+xml"},
       {".png", "image/png"},
+      {".webp", "image/webp"},
       {".json", "application/json"},
       {".txt", "text/plain; charset=utf-8"},
       {".urdf", "application/xml"},
@@ -54,6 +55,22 @@ Result<void> AssetTable::add_directory(const std::string& directory) {
     if (auto ok = add_file(path, entry.path().string()); !ok) return ok;
     if (auto packed = read(entry.path().string() + ".gz")) assets_[path].gzip = std::move(*packed);
     if (path == "/index.html") assets_["/"] = assets_[path];
+  }
+  if (error) {
+    return fail(ErrorCode::kNotFound, "web", "cannot read " + directory + ": " + error.message());
+  }
+  return {};
+}
+
+Result<void> AssetTable::add_tree(const std::string& prefix, const std::string& directory) {
+  std::error_code error;
+  const fs::path root(directory);
+  for (fs::recursive_directory_iterator entry(root, error), end; !error && entry != end;
+       entry.increment(error)) {
+    if (!entry->is_regular_file() || entry->is_symlink()) continue;
+    const std::string path = prefix + entry->path().lexically_relative(root).generic_string();
+    if (auto ok = add_file(path, entry->path().string()); !ok) return ok;
+    if (path == prefix + "index.html") assets_[prefix] = assets_[path];
   }
   if (error) {
     return fail(ErrorCode::kNotFound, "web", "cannot read " + directory + ": " + error.message());

@@ -24,6 +24,10 @@ class AssetTable {
   /// Adds the regular files of a directory by name, without subdirectories. NAME.gz becomes the
   /// compressed body of NAME; index.html is served as "/" too. Errors: kNotFound.
   [[nodiscard]] Result<void> add_directory(const std::string& directory);
+  /// Adds the regular files of a directory and of those below it, with `prefix` before their paths,
+  /// and index.html as `prefix` as well. Links to other directories are not followed. Errors:
+  /// kNotFound.
+  [[nodiscard]] Result<void> add_tree(const std::string& prefix, const std::string& directory);
   /// Adds one file. `path` begins with "/". Errors: kNotFound.
   [[nodiscard]] Result<void> add_file(const std::string& path, const std::string& file);
   void add(const std::string& path, std::string type, std::string body);

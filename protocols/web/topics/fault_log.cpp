@@ -199,7 +199,7 @@ void FaultLog::make_room() {
                        [&](const Fault& a, const Fault& b) { return rank(a) < rank(b); });
   causes_.erase(causes_.begin() + (least - faults_.begin()));
   faults_.erase(least);
-  ++given_up_;
+  ++discarded_;
 }
 
 }  // namespace aprsim::web

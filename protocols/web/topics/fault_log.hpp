@@ -50,7 +50,7 @@ class FaultLog {
             std::chrono::system_clock::time_point wall, const Expected& expected = {});
 
   [[nodiscard]] const std::vector<Fault>& faults() const { return faults_; }
-  [[nodiscard]] std::uint64_t given_up() const { return given_up_; }
+  [[nodiscard]] std::uint64_t discarded() const { return discarded_; }
   [[nodiscard]] std::uint64_t revision() const { return revision_; }  ///< counts changes
 
  private:
@@ -78,7 +78,7 @@ class FaultLog {
   std::vector<Fault> faults_;
   std::vector<std::string> causes_;  // of each entry
   std::uint64_t missed_steps_ = 0;   // total
-  std::uint64_t last_id_ = 0, given_up_ = 0, revision_ = 0;
+  std::uint64_t last_id_ = 0, discarded_ = 0, revision_ = 0;
 };
 
 }  // namespace aprsim::web

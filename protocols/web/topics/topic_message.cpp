@@ -71,7 +71,7 @@ void write_message(const FaultLog& log, v1::FaultList& out) {
     write_time(fault.last, *entry.mutable_last());
     entry.set_holds(fault.holds);
   }
-  out.set_given_up(log.given_up());
+  out.set_discarded(log.discarded());
 }
 
 void write_message(const ProgramStatus& status, v1::ProgramStatus& out) {

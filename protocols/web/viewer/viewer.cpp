@@ -5,6 +5,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include "protocols/web/viewer/viewer_command.hpp"
+
 namespace aprsim::web {
 namespace {
 
@@ -90,10 +92,14 @@ void Viewer::set_rate(double hz) {
 
 void Viewer::on_message(std::string_view data) {
   if (closed_) return;
-  if (!rate_.admit(Clock::now())) return close("too many requests", true);
   v1::ViewerRequest request;
   if (!request.ParseFromArray(data.data(), static_cast<int>(data.size()))) {
     return close("not a ViewerRequest", true);
+  }
+  if (!rate_.admit(Clock::now())) {
+    // A stop is never refused.
+    if (is_stop(request)) events_.request(*this, request);
+    return close("too many requests", true);
   }
   events_.request(*this, request);
 }

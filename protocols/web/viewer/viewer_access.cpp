@@ -58,7 +58,8 @@ Result<void> ViewerAccess::authenticate(Viewer& viewer, const std::string& token
       {.token = token, .certificate = viewer.caller.certificate});
   switch (caller.problem) {
     case Problem::kTooManyAttempts:
-      return fail(ErrorCode::kUnavailable, "token", "too many attempts; wait before the next one");
+      return fail(ErrorCode::kUnavailable, "token",
+                  "too many wrong tokens from this address; wait before the next one");
     case Problem::kWrongToken:
       return refuse_token(viewer, "a wrong token", "wrong token");
     case Problem::kExpired:

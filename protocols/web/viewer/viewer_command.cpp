@@ -9,6 +9,7 @@
 #include "protocols/messages/control_request.hpp"
 #include "protocols/web/jog/manual_mode.hpp"
 #include "protocols/web/jog/robot_ready.hpp"
+#include "world/api/commands/stop_command.hpp"
 
 namespace aprsim::web {
 namespace {
@@ -158,6 +159,17 @@ std::optional<Bodies> commands_of(const v1::ViewerRequest& request, const api::S
     default:
       return std::nullopt;
   }
+}
+
+bool is_stop(const v1::ViewerRequest& request) {
+  if (request.has_pause() || request.has_stop_cell() || request.robot().has_stop()) return true;
+  if (!request.has_conveyor()) return false;
+  const v1::SetConveyorRequest& belt = request.conveyor();
+  api::ConveyorCommand command;
+  if (belt.has_run()) command.run = belt.run();
+  if (belt.has_emergency_stop()) command.emergency_stop = belt.emergency_stop();
+  command.fault_reset = belt.fault_reset();
+  return api::is_stop(command);
 }
 
 }  // namespace aprsim::web

@@ -13,4 +13,7 @@ namespace aprsim::web {
 [[nodiscard]] std::optional<Result<std::vector<decltype(api::Command::body)>>> commands_of(
     const v1::ViewerRequest& request, const api::Snapshot& snapshot);
 
+/// Whether the request is a stop: of a robot, the belt, the whole cell, or of simulated time.
+[[nodiscard]] bool is_stop(const v1::ViewerRequest& request);
+
 }  // namespace aprsim::web

@@ -45,6 +45,7 @@ struct WebServerOptions {
   std::string read_only;           ///< reason why no viewer may; empty = they may
   std::vector<std::string> hosts;  ///< accepted host names besides addresses and localhost
   std::string assets;              ///< directory of the page's files
+  std::string documents;           ///< directory of the site under /docs; may be missing
   std::vector<std::pair<std::string, std::string>> models;  ///< robot name, description file
   /// Shapes of a described cell; called once a scene. Thread: the web server's.
   std::function<VisualDescription(const api::CellDescription&)> visual;

@@ -1,4 +1,4 @@
-// What a step costs while nothing is at rest, solved to kResidual, beside ODE's iterative solver at
+// Cost of a step while nothing is at rest, solved to kResidual, beside ODE's iterative solver at
 // the same contact points and, where there is one, beside Jolt: the trays of Table 1 on a belt that
 // is ramped or shaken, and ten loaded trays that tumble.
 
@@ -33,12 +33,11 @@ constexpr double kSeated = 5e-3;                // from its slot [m]
 constexpr JoltSettings kJoltSettings[] = {{10, 2}, {20, 4}};  // the first is compared with
 
 constexpr auto kJoltNote =
-    "Jolt: trays as boxes around square holes as wide as the pockets, gears as a disc, a conical "
-    "hub "
-    "and a peg, the scene's masses, inertias and step; friction as the root of two bodies' "
-    "products "
-    "(exact for gears on trays and gears and trays on the belt), no damping, no sleep. Margins "
-    "tight: slop 10 um, speculative distance 1 mm, contacts anew after 0.1 mm. Restitution none. A "
+    "Jolt: trays are boxes around square holes as wide as the pockets; gears are a disc, a "
+    "conical hub and a peg; masses, inertias and step are the scene's. Friction is the root of "
+    "the product of two bodies' values, which is exact for gears on trays and for the belt. "
+    "There is no damping, no sleep and no restitution. Margins are tight: slop 10 um, "
+    "speculative distance 1 mm, contacts anew after 0.1 mm. A "
     "process of its own, one thread, its own processor time; penetration at Jolt's own contacts in "
     "every fiftieth step, which is not timed. Jolt cuts what touches to four points a pair of "
     "bodies and solves to what its iterations give. Native: double positions, built from source. "
@@ -76,7 +75,7 @@ std::vector<Case> cases(bool quick) {
   return {{"ramp", trays, seconds, ramped}, {"shaken", trays, seconds, shaken}, tumbling(1, quick)};
 }
 
-/// What an engine's steps took, and what came of them.
+/// Step times of an engine, and the resulting contacts and depths.
 struct Timed {
   std::vector<double> us;
   double contacts = 0, deepest_m = 0;  ///< a step, mean; the deepest of all
@@ -312,7 +311,7 @@ int run(int argc, char** argv) {
     }
     experiment.record(name + "_step_max_us", percentile(us, 1), "us");
     experiment.record(name + "_unsolved_steps", double(failures.not_converged), "count");
-    experiment.record(name + "_worst_residual_m_s", failures.worst_m_s, "m/s");
+    experiment.record(name + "_worst_residual_m_s", failures.max_residual_m_s, "m/s");
     unsolved = std::max(unsolved, double(failures.not_converged) / double(us.size()));
   }
   race_other_beginnings(experiment);

@@ -63,8 +63,8 @@ Json gear_shapes(const scene::GearType& type, const Vector3d& com) {
   return out;
 }
 
-/// Coulomb's coefficients by Jolt's mean: that of a pair is the root of the product of both. What
-/// gears meet on trays and trays on the belt is exact, and gears on gears.
+/// Coulomb's coefficients by Jolt's rule: that of a pair is the root of the product of both. The
+/// pairs gear and tray, tray and belt, gear and gear are exact.
 Json frictions(const scene::SurfacePairs& mu) {
   const double gear = mu.gear_gear, tray = mu.gear_tray * mu.gear_tray / gear;
   return {{"gear", gear},

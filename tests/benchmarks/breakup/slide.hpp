@@ -4,7 +4,7 @@
 
 namespace aprsim::bench {
 
-/// What slides on what.
+/// Sliding body and its support.
 enum class Slider {
   kTray,          ///< an empty tray on the belt
   kLoadedTray,    ///< a tray with four gears on the belt
@@ -24,7 +24,7 @@ struct SlideCase {
   double accelerating_s = 0.1;
 };
 
-/// The acceleration above which Coulomb friction no longer carries the slider.
+/// Highest acceleration at which Coulomb friction carries the slider.
 double limit_accel(const SlideCase& slide);
 /// How far it lags behind in the end, in continuous time; 0 below the limit.
 double closed_form_slip(const SlideCase& slide);

@@ -7,8 +7,8 @@
 
 namespace aprsim::bench {
 
-/// What the machine itself takes for a round trip: a thread that answers each request of one client
-/// with the same prepared bytes, without looking into it.
+/// Round trip time of the machine itself: a thread answers each request of one client with the same
+/// prepared bytes, without parsing it.
 class Echo {
  public:
   /// Listens at once; answers have `size` bytes and end as a status does.

@@ -39,7 +39,7 @@ scene::Scene scene_of(const RowCase& c) {
   return scene;
 }
 
-/// Of the contacts between the held gear and others.
+/// Force of the contacts between the held gear and others.
 double load_on(const Bench& bench, int held, std::vector<api::ContactSnapshot>& contacts) {
   using Kind = api::ContactSide::Kind;
   bench.world->write_contacts(contacts);

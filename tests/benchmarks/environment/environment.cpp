@@ -106,7 +106,7 @@ class Driver {
   std::string input_;
 };
 
-/// What the environment did and sent.
+/// Actions and results of the Python environment.
 Json play_in_python(const test::DaemonProcess& daemon, int episodes) {
   const test::TemporaryDirectory directory;
   const std::string file = directory.path() + "/episodes.json";

@@ -47,7 +47,7 @@ double slip(const ChuteCase& c, double share, double seconds, std::uint64_t& uns
   return downhill.dot(bench.X_WB("slider").translation() - start);
 }
 
-/// By the closed form, from the very start on.
+/// Distance by the closed form, from the start on.
 double closed_form(const ChuteCase& c, double share, double seconds) {
   constexpr double kGravity = 9.81;
   const double incline = std::atan(share * c.friction), t0 = kSettled, t1 = kSettled + seconds;

@@ -216,25 +216,20 @@ int run(int argc, char** argv) {
   friction.run();
   experiment.note(
       "Grips: a hand and a cylinder fall together; what the hand accelerates besides is the load. "
-      "It rises to 0.9 of its limit and pauses (creep), to 0.98 and pauses (a slip over 1e-6 m is "
-      "a "
-      "false drop), to 1.02 and pauses (less than half of the slip expected is a false hold). "
-      "Onset: "
-      "where the slip that has come about at some 1.005 must have begun. Limits: 2 mu F; about the "
-      "closing axis 2 mu F l, with "
-      "l from the axis to the ends of the lines on which pads and peg touch; V pads along the peg "
-      "2 mu F / sin(half angle), once the peg has slid: friction then points along it alone, and "
-      "the "
-      "flanks bear the fingers' force alone. All runs count.");
+      "It rises to 0.9 of its limit and pauses (creep), then to 0.98 and pauses (a slip over "
+      "1e-6 m is a false drop). At 1.02 it pauses again; less than half of the expected slip "
+      "is a false hold. "
+      "Onset: the load at which the slip found at some 1.005 must have begun. The limit is 2 mu "
+      "F. About the closing axis it is 2 mu F l, with l from the axis to the ends of the lines "
+      "on which pads and peg touch. For V pads along the peg it is 2 mu F / sin(half angle) "
+      "once the peg has slid. Friction then points along the peg only, and the flanks bear the "
+      "fingers' force only. All runs count.");
   experiment.note(
-      "Fresh grooves: as the pads close, friction across the groove may wedge the peg between the "
-      "flanks, and the fingers' force alone no longer tells how hard they press: Coulomb's law "
-      "then "
-      "allows anything up to 2 mu F / sin(half angle) / sqrt(1 - (mu / tan(half angle))^2), and "
-      "any "
-      "load from mu = tan(half angle) on. What they bore is told beside that, up to 1.02; it has "
-      "no "
-      "single closed form to be compared with.");
+      "Fresh grooves: as the pads close, friction across the groove may wedge the peg between "
+      "the flanks, and the pressure then does not follow from the fingers' force. Coulomb's "
+      "law allows anything up to 2 mu F / sin(half angle) / sqrt(1 - (mu / tan(half "
+      "angle))^2), and any load from mu = tan(half angle) on. The table gives the load that "
+      "was borne, up to 1.02; there is no closed form to compare it with.");
   experiment.note(
       "Slabs: the hand's horizontal force over mu (its vertical force + the slab's weight), as its "
       "soft mount is drawn along slowly. Chutes: tan(inclination) over mu, a plate for each load, "

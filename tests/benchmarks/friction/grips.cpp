@@ -44,7 +44,7 @@ scene::GearType cylinder(double length, double mass_kg) {
   return type;
 }
 
-/// What friction bears, as a force [N].
+/// Friction limit, as a force [N].
 double limit_n(const GripCase& c) {
   const double pads = 2 * c.friction * c.force_n;
   return in_groove(c.load) ? pads / std::sin(c.v_half_angle_rad) : pads;

@@ -36,9 +36,9 @@ struct GripCase {
 /// A load that grows to 0.9, 0.98 and 1.02 of its limit, with pauses.
 [[nodiscard]] Verdict grip(const GripCase& the_case);
 
-/// What a V groove may bear at most with the fingers' force alone, over what it bears once the peg
-/// has slid: 1 / sqrt(1 - (mu / tan(half angle))^2), or without bound. Friction across the groove
-/// then wedges the peg against the flanks.
+/// Largest load of a V groove under the fingers' force alone, over its load once the peg has slid:
+/// 1 / sqrt(1 - (mu / tan(half angle))^2), or without bound. Friction across the groove then wedges
+/// the peg against the flanks.
 [[nodiscard]] double most_of_groove(const GripCase& the_case);
 
 /// Friction, force, mass and heading from the seed; also the tilt, where `tilted`.

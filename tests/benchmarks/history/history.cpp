@@ -1,6 +1,6 @@
-// What the past costs: the cell at work with both robots and the belt, with and without its past
-// being kept, side by side; how long it takes to work out random moments of ten minutes; and steps
-// of the cell while somebody looks at one moment after the other, and while nobody does, by turns.
+// Cost of the recorded past. Step times of the working cell with and without recording, side by
+// side; times to reconstruct random moments of ten minutes; and step times with and without a
+// client that reads one moment after the other, in alternation.
 
 #include <chrono>
 #include <future>

@@ -46,8 +46,7 @@ struct Worst {
   }
 };
 
-/// What falls: a part or tray, and how far it reaches from its origin, and below it when it is
-/// upright, or upside down.
+/// A falling part or tray: its reach from the origin, and below the origin upright or upside down.
 struct Faller {
   std::string type;
   bool tray = false;
@@ -235,13 +234,13 @@ int run(int argc, char** argv) {
       "target has throws of its own. Met: the part has lost a tenth of its speed. Passed: it is "
       "beyond, or went into the table.");
   experiment.note(
-      "Drops: every shipped part and tray, half of them from 3 mm and tilted by up to 12 degrees, "
-      "upright and upside down in turns, half at any attitude; rolling resistance of 0.5 mm as in "
-      "the shipped cells. A drop ends when the body has rested for a second (below 1 mm/s and 0.01 "
+      "Drops: every shipped part and tray. Half of them fall from 3 mm, tilted by up to 12 "
+      "degrees, upright and upside down in turns, the others at any attitude. Rolling "
+      "resistance is 0.5 mm as in the shipped cells. A drop ends when the body has rested for a "
+      "second (below 1 mm/s and 0.01 "
       "rad/s); two of each are watched for ten minutes. Gains of energy are added up from the "
-      "first "
-      "touch on, those of a single step too that the next one takes away again: what lies in mode "
-      "`off` is solved anew in each step, to within the solver's tolerance, and such gains add up "
+      "first touch on, also those of a single step that the next one takes away. In mode `off` "
+      "resting bodies are solved in each step to the solver's tolerance, so such gains add up "
       "with time. Rise: the most by which energy was ever over any earlier one.");
   return experiment.finish();
 }

@@ -6,7 +6,7 @@
 
 #include "world/scene/model/scene.hpp"
 
-/// What flies at 10 m/s into something.
+/// Parts that fly into an obstacle at 10 m/s.
 namespace aprsim::bench {
 
 enum class Target { kPlate, kTable, kBelt, kTray, kFullTray, kPad, kPart };

@@ -37,7 +37,7 @@ double farthest_apart(const JamOutcome& a, const JamOutcome& b) {
   return std::max(farthest_apart(a.pressed, b.pressed), farthest_apart(a.left, b.left));
 }
 
-/// What becomes of one beginning, mode by mode, and of some that are a little different.
+/// Results of one initial state and of slightly different ones, in each mode.
 class Orderly {
  public:
   Orderly(Experiment& experiment, unsigned seeds) : experiment_(experiment), seeds_(seeds) {}
@@ -227,10 +227,10 @@ int run(int argc, char** argv) {
       "loads from a seed.");
   experiment.note(
       "Farthest apart: of any body, pressed or at the end, from where it is in mode `off`. Beside "
-      "it "
-      "mode `off` against itself with every gear 0.14 um or 1.4 nm elsewhere in the beginning, to "
-      "one side or the other, the worst of four: what the motion makes of a difference, as gears "
-      "rattle in their pockets. `beyond_m`: how much farther apart than that, jam by jam.");
+      "it mode `off` against itself, with every gear displaced by 0.14 um or 1.4 nm at the "
+      "start, to one side or the other, the worst of four. This shows how far the motion "
+      "amplifies a difference, as gears rattle in their pockets. `beyond_m`: how much farther "
+      "apart than that, jam by jam.");
   experiment.note(
       "Distributions: of eight numbers that tell where everything lies, the greatest distance D of "
       "distribution functions (Kolmogorov and Smirnov), and p by permuting the runs, which allows "

@@ -1,6 +1,6 @@
-// What the journal costs: steps of the cell at work and status round trips of its CRCL clients,
-// without a journal, with one on a disk, with one in memory only and with one that goes into a pipe
-// which nobody reads any more, by turns in one process.
+// Cost of the journal: step times of the working cell and status round trips of its CRCL clients,
+// without a journal, with one on a disk, with one in memory only, and with one that writes to a
+// pipe without a reader, in alternation in one process.
 
 #include "server/journal/journal.hpp"
 
@@ -64,7 +64,7 @@ class Source final : public api::SnapshotSource {
 };
 
 /// Steps in real time, publishes and records each step, as the daemon's simulation thread does, and
-/// serves what stands still while another cell has its turn.
+/// serves its clients while another cell has its turn.
 class Cell {
  public:
   explicit Cell(server::journal::Journal* journal)
@@ -234,8 +234,8 @@ int run(int argc, char** argv) {
   beside_none("journal.stalled.step_p999_us", cases[3].steps_us, cases[0].steps_us, 0.999);
   experiment.record("journal.ten_minutes_mb", ten_minutes_mb, "MB");
   experiment.note(
-      "Four cells at work, both robots and the belt, in turns of a second of real time in one "
-      "process; two clients of each robot ask for the status every 25 ms, and each camera has a "
+      "Four working cells, both robots and the belt, take turns of a second of real time in one "
+      "process. Two clients of each robot poll the status every 25 ms, and each camera has a "
       "reader. Times of steps are processor time of their thread. The pipe was opened by a reader "
       "that never reads.");
   return experiment.finish();

@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kClients = 128;
 constexpr double kRequestsPerSecond = 100;  // of each
 
-/// What became of the physics loop meanwhile.
+/// Pace of the physics loop meanwhile.
 struct Pace {
   double real_time_factor = 0, step_mean_us = 0, missed_share = 0;
 };
@@ -88,8 +88,8 @@ int run(int argc, char** argv) {
       "Each client asks 100 times a second for holding registers, input registers and discrete "
       "inputs and sets the belt's speed, in turn, whether or not it has been answered. The "
       "clients, the "
-      "server and the cell at real-time pace share one machine. Of the stallers, one sends a byte "
-      "a second and one asks for the longest replies without reading any; each comes again when it "
+      "server and the cell at real-time pace share one machine. One staller sends a byte a "
+      "second, one requests the longest replies without reading any; each reconnects when it "
       "has been dropped.");
   return experiment.finish();
 }

@@ -115,11 +115,10 @@ int run(int argc, char** argv) {
     }
   }
   experiment.note(
-      "In the other engines a tray is boxes with square holes and a gear two cylinders, with the "
-      "same "
-      "clearance, masses, friction, step and solver iterations unless the settings say otherwise; "
-      "the "
-      "belt is a body moved at the belt's speed. Compared is the fastest setting with which gears "
+      "In the other engines a tray is boxes with square holes and a gear is two cylinders. "
+      "Clearance, masses, friction, step and solver iterations are the same unless the "
+      "settings say otherwise. The belt is a body moved at the belt's speed. Compared is the "
+      "fastest setting with which gears "
       "stay "
       "in their pockets and sink less than 0.5 mm (\"plausible\"). Sleeping is off: what rides a "
       "belt "

@@ -277,14 +277,12 @@ int run(int argc, char** argv) {
       "step_us: CPU time of the steps of a single run in which hand, gear and tray are in touch, "
       "contact finding included.");
   experiment.note(
-      "Pops: the lightest gear, grasped 2 mm off along the fingers' way, is the one that is "
-      "lifted: "
-      "struck by one finger it drives the tray before it, by its hub in the pocket, and tips about "
-      "the hub as far as the pad that holds it by friction yields upwards. Up to half of that is "
-      "the "
-      "step's; what is left at short steps comes from the hand, whose compliant mount yields to "
-      "the "
-      "blow: there is hardly any with a stiff one, and less with slow fingers.");
+      "Pops: the lightest gear, grasped 2 mm off along the fingers' way, is lifted. One finger "
+      "strikes it; its hub in the pocket drives the tray, and it tips about the hub as far as "
+      "the pad yields upwards. Up to half of that is an error of the step. The rest comes from "
+      "the hand, whose compliant mount yields to the impact: it almost vanishes with a stiff "
+      "mount, "
+      "and shrinks with slow fingers.");
   return experiment.finish();
 }
 

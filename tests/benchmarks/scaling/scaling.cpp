@@ -161,9 +161,8 @@ int run(int argc, char** argv) {
   experiment.note(
       "Just spawned: the first ten steps, before anything is simplified. Swinging: the belt's "
       "speed "
-      "changes all the time, by less than friction can carry. At rest: 0.1 s after it has become "
-      "steady; the poses of what rests are worked out when they are asked for, so a second figure "
-      "has "
+      "changes all the time, by less than friction can carry. At rest: 0.1 s after it has "
+      "become steady. Poses of resting bodies are computed on demand, so a second figure has "
       "all of them read after every step, as a snapshot does.");
   return experiment.finish();
 }

@@ -1,5 +1,5 @@
-// What the optical sensors of the default cell cost: gathering the solids, one look through the
-// light curtain, one exposure of each camera with arms and parts in its way.
+// Cost of the optical sensors of the default cell: gathering the solids, one scan of the light
+// curtain, one exposure of each camera with occluding arms and parts.
 
 #include <functional>
 #include <memory>

@@ -4,7 +4,7 @@
 
 namespace aprsim::bench {
 
-/// What falls flat.
+/// Bodies that fall flat.
 enum class Faller { kTrayOnTable, kTrayOnBelt, kGearOnTable };
 const char* name_of(Faller faller);
 

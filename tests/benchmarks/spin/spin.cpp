@@ -156,11 +156,12 @@ int run(int argc, char** argv) {
   rebounds(experiment);
   tumbles(experiment);
   experiment.note(
-      "Sliding and spinning: the reference is one rigid body in the plane with Coulomb friction at "
-      "the points where the simulated tray touches the plate, whose normal forces are a linear "
-      "function of the place (equally soft points) that balances weight and tipping, integrated in "
-      "steps of 10 us. Poses follow from the velocities in the middle of steps (as in the leapfrog "
-      "method), so the velocity that is given is the reference's half a step before it starts. "
+      "Sliding and spinning: the reference is one rigid body in the plane, integrated in steps "
+      "of 10 us. Coulomb friction acts at the points where the simulated tray touches the "
+      "plate. Their normal forces are a linear function of position (equally soft points) that "
+      "balances weight and tipping. Poses follow from the velocities in the middle of steps (as "
+      "in the leapfrog method). The given velocity is therefore the reference's half a step "
+      "before it starts. "
       "\"Given at the start\": the reference has it when it starts, and goes h v / 2 farther. With "
       "shorter steps either distance from the reference goes down as the step does: it is the "
       "step's error, not that of the reference's distribution of pressure nor of the model.");

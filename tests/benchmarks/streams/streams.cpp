@@ -28,7 +28,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto kMemoryPeriod = std::chrono::milliseconds(100);
 
-/// What one client has seen.
+/// Samples that one client has received.
 struct Seen {
   std::vector<double> intervals_us;
   std::uint64_t samples = 0, bytes = 0, missing = 0;

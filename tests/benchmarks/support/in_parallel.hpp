@@ -12,8 +12,8 @@ namespace aprsim::bench {
 
 inline constexpr int kThreads = 2;
 
-/// What `work` makes of 0, 1, ..., count - 1, in this order, by two threads: for runs that are not
-/// timed. What a run throws comes out here once all have ended.
+/// Results of `work` for 0, 1, ..., count - 1, in this order, computed by two threads: for runs
+/// that are not timed. An exception of a run is rethrown here once all have ended.
 template <typename Work>
 auto in_parallel(std::size_t count, const Work& work)
     -> std::vector<decltype(work(std::size_t{}))> {

@@ -18,7 +18,7 @@ inline constexpr std::array kModes = {Mode{"off", scene::Simplification::kOff},
                                       Mode{"merge", scene::Simplification::kMerge},
                                       Mode{"dormant", scene::Simplification::kDormant}};
 
-/// What shipped scenes use.
+/// Mode of the shipped scenes.
 inline constexpr Mode kDefaultMode = kModes.back();
 
 }  // namespace aprsim::bench

@@ -142,8 +142,8 @@ void parameters_of_paper(Experiment& experiment, const Runs& runs) {
   experiment.note(
       "Times are of a single run of each mode, in which the poses of all bodies are read after "
       "every "
-      "step, as the daemon does for its snapshots. What `merge` and `dormant` gain here they gain "
-      "from rest relative to a moving carrier; experiment `awake` shows the solver alone.");
+      "step, as the daemon does for its snapshots. The gains of `merge` and `dormant` come from "
+      "rest relative to a moving carrier; experiment `awake` shows the solver alone.");
   experiment.note(
       "A figure after settling is small by construction in the modes that join parts; what they "
       "may "

@@ -1,5 +1,5 @@
-// What viewers of the web page cost the simulation: the time of its steps with none and with
-// sixteen at 30 Hz, by turns in one process.
+// Cost of viewers of the web page: step times of the simulation with none and with sixteen at 30
+// Hz, in alternation in one process.
 
 #include <atomic>
 #include <chrono>
@@ -34,7 +34,7 @@ struct NoCommands final : api::CommandSink {
   }
 };
 
-/// What the simulation publishes, as listeners see it.
+/// Snapshots of the simulation, as listeners read them.
 class Source final : public api::SnapshotSource {
  public:
   explicit Source(const world::SnapshotSlot& slot) : slot_(slot) {}

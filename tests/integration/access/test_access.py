@@ -230,7 +230,7 @@ class Matrix(WithAuthority):
         self.expect_refusals(self.channel(), None)
         self.assertEqual(self.applied(), before)
 
-    def test_what_is_refused_changes_nothing(self):
+    def test_refused_calls_change_nothing(self):
         before = self.applied()
         channel = self.channel()
         for role in (None, "view"):
@@ -257,8 +257,8 @@ class Matrix(WithAuthority):
         for token in wrong:
             code, details = self.call(channel, "aprsim.v1.TelemetryService/GetSnapshot", token)
             self.assertEqual(code, grpc.StatusCode.UNAUTHENTICATED, details)
-            self.assertIn("no token of this daemon", details)
-        self.assertIn("is refused: authorization: it is no token of this daemon", self.daemon.log())
+            self.assertIn("not one of this daemon", details)
+        self.assertIn("is refused: authorization: the token is not one of this daemon", self.daemon.log())
         for token in (*self.tokens.values(), late):
             self.assertNotIn(token, self.daemon.log())
         # Then an address waits, also with the right one.
@@ -328,7 +328,7 @@ class Encryption(WithAuthority):
         code, _ = self.call(self.channel(ca=other.certificate), "aprsim.v1.TelemetryService/GetSnapshot")
         self.assertEqual(code, grpc.StatusCode.UNAVAILABLE)
 
-    def test_who_does_not_encrypt_is_told_off(self):
+    def test_unencrypted_clients_are_refused(self):
         with self.assertRaises(Unreachable):
             Cell.connect(self.daemon.ports_file)
         with socket.create_connection((HOST, self.ports["web"]), timeout=20 * PATIENCE) as plain:
@@ -522,7 +522,7 @@ class Page(WithAuthority):
 
 
 class Files(unittest.TestCase):
-    """What is wrong with files is said when the daemon starts."""
+    """The daemon reports faulty access files when it starts."""
 
     @classmethod
     def setUpClass(cls):
@@ -583,8 +583,7 @@ class Audit(WithAuthority):
             with self.assertRaises(Refused):
                 cell.reset()
             cell.snapshot()
-            robot = cell.robot("fanuc", initialise=False)
-            robot.initialise()
+            cell.robot("fanuc").take()
         page = PageSocket(page_messages(), self.ports["web"], self.context, 20 * PATIENCE)
         page.ask(authenticate={"token": self.tokens["inject"]})
         page.ask(conveyor={"run": False})
@@ -620,7 +619,7 @@ class Audit(WithAuthority):
 
 
 class Elsewhere(unittest.TestCase):
-    """What callers that are not on the loopback get: over an address of this machine that is none."""
+    """Permissions of callers outside the loopback, tested over another address of this machine."""
 
     @classmethod
     def setUpClass(cls):

@@ -89,7 +89,7 @@ std::vector<pid_t> children_of(pid_t parent, const std::string& program) {
   return out;
 }
 
-TEST(Batch, AnEpisodeDependsOnItsSeedAlone) {
+TEST(Batch, RunDependsOnItsSeedOnly) {
   const TemporaryDirectory directory;
   const auto file = directory.write("short.yaml", kShortJob);
   for (const auto& scenario : {std::string("pick"), file}) {
@@ -117,7 +117,7 @@ TEST(Batch, AnEpisodeDependsOnItsSeedAlone) {
   }
 }
 
-TEST(Batch, ShardsWithKilledProgramsAreTheWholeBatch) {
+TEST(Batch, ShardsWithKilledProgramsGiveTheWholeBatch) {
   const TemporaryDirectory directory;
   const auto out = [&](const std::string& name) { return directory.path() + '/' + name; };
   const auto whole = aprsim_alone({"batch", "pick", "--seeds", "1..10", "--jobs", "2", "--journals",
@@ -155,10 +155,10 @@ TEST(Batch, ShardsWithKilledProgramsAreTheWholeBatch) {
       {"merge", out("shard_0"), out("shard_1"), "--journals", "2", "--out", out("merged")});
   ASSERT_EQ(merged.exit_code, 0) << merged.err;
   EXPECT_EQ(report_in(out("merged")), report_in(out("whole")));
-  // The worst are there with their journals, which run again to the same states.
-  const Json worst = json_file(out("merged") + "/report.json")["worst"];
-  ASSERT_TRUE(worst[0].contains("journal")) << worst;
-  const auto journal = out("merged") + '/' + worst[0]["journal"].get<std::string>();
+  // Journals of the worst seeds replay to the same states.
+  const Json journals = json_file(out("merged") + "/report.json")["journals"];
+  ASSERT_FALSE(journals.empty());
+  const auto journal = out("merged") + '/' + journals[0]["journal"].get<std::string>();
   const auto replay = run_process({std::string(APRSIM_BIN_DIR) + "/aprsimd", "--replay", journal},
                                   std::chrono::seconds(100));
   EXPECT_EQ(replay.exit_code, 0) << replay.out << replay.err;
@@ -169,7 +169,7 @@ TEST(Batch, ShardsWithKilledProgramsAreTheWholeBatch) {
   EXPECT_NE(same.out.find("10 pairs of equal seeds"), std::string::npos) << same.out;
 }
 
-TEST(Batch, AnInterruptedOneGoesOnWhereItWas) {
+TEST(Batch, InterruptedBatchContinues) {
   const TemporaryDirectory directory;
   const std::string out = directory.path() + "/batch";
   const Arguments line = aprsim_line(
@@ -216,7 +216,7 @@ TEST(ScenarioRun, RepeatedIsABatchOfSeedsInARow) {
 }
 
 // A job each, killed at a moment drawn by the seed.
-TEST(Batch, AKilledControllerFindsOutWhereItStandsAndFinishes) {
+TEST(Batch, KilledControllerResumesAndFinishes) {
   const TemporaryDirectory directory;
   const auto report = directory.path() + "/report";
   const auto result = aprsim_alone({"batch", "controller_killed", "--seeds", "1..2", "--jobs", "2",
@@ -233,7 +233,7 @@ TEST(Batch, AKilledControllerFindsOutWhereItStandsAndFinishes) {
 }
 
 // A controller of somebody's own: it is started anew for each episode.
-TEST(Batch, AnotherControllerIsStartedForEach) {
+TEST(Batch, CustomControllerIsStartedForEachRun) {
   const TemporaryDirectory directory;
   const std::string out = directory.path() + "/batch";
   const auto result = aprsim_alone({"batch", "cannot_be_done", "--seeds", "1..3", "--jobs", "1",
@@ -253,7 +253,7 @@ TEST(Batch, AnotherControllerIsStartedForEach) {
 }
 
 // Its robot's connection is cut, so that nobody holds time, and it takes long over its last word.
-TEST(Batch, AControllerThatTakesLongToEndIsHeardThoughTimeRunsOn) {
+TEST(Batch, SlowControllerIsReadUntilItEnds) {
   const TemporaryDirectory directory;
   const std::string program = directory.write("slow.py", R"(import json, os, socket, sys, time
 ports = json.load(open(os.environ["APRSIM_PORTS_FILE"]))

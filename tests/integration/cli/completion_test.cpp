@@ -13,7 +13,7 @@ const std::string kShare = std::string(APRSIM_BIN_DIR) + "/../share";
 const std::string kBash = kShare + "/bash-completion/completions/aprsim";
 const std::string kZsh = kShare + "/zsh/site-functions";
 
-/// What bash offers for the last of these words.
+/// The completions that bash offers for the last of these words.
 std::vector<std::string> offers(const std::vector<std::string>& words) {
   std::vector<std::string> argv = {"bash", "-c",
                                    "source \"$0\"; COMP_WORDS=(\"$@\"); COMP_CWORD=$(($# - 1)); "
@@ -46,7 +46,7 @@ TEST(BashCompletion, CommandsOptionsAndValues) {
   EXPECT_EQ(offers({"aprsim", "crcl", "jog", "--by", ""}), Words{});
 }
 
-TEST(BashCompletion, OptionsOfTheProgramStandAnywhere) {
+TEST(BashCompletion, ProgramOptionsAreAllowedAnywhere) {
   EXPECT_EQ(offers({"aprsim", "--ho"}), Words{"--host"});
   EXPECT_EQ(offers({"aprsim", "--host", "cell", "dem"}), Words{"demo"});
   EXPECT_EQ(offers({"aprsim", "status", "--grpc"}), Words{"--grpc-port"});
@@ -87,14 +87,14 @@ TEST(ZshCompletion, CommandsOptionsAndValues) {
   }
 }
 
-TEST(Manual, MandocHasNothingToSay) {
+TEST(Manual, MandocReportsNothing) {
   const auto lint =
       run_process({"mandoc", "-T", "lint", "-W", "warning", kShare + "/man/man1/aprsim.1"});
   EXPECT_EQ(lint.exit_code, 0);
   EXPECT_EQ(lint.out + lint.err, "");
 }
 
-TEST(Manual, SaysEveryCommandAndExitCode) {
+TEST(Manual, ListsEveryCommandAndExitCode) {
   const auto shown = run_process({"mandoc", "-T", "ascii", kShare + "/man/man1/aprsim.1"}).out;
   std::string text;  // without the overstriking of bold and underlined characters
   for (const char c : shown) {

@@ -16,7 +16,7 @@
 namespace aprsim::test {
 namespace {
 
-/// What came of each clause, by "verdict" and what was seen.
+/// Verdict and observation of each clause.
 std::map<std::string, nlohmann::json> findings(const ProcessResult& result) {
   std::map<std::string, nlohmann::json> all;
   std::istringstream lines(result.out);
@@ -50,7 +50,7 @@ TEST(Conform, OurCrclServerKeepsEveryRule) {
                   client::conform::crcl_checks().size());
 }
 
-TEST(Conform, SoItDoesWhenItAsksForTheSchema) {
+TEST(Conform, ServerWithSchemaValidationKeepsEveryRule) {
   const DaemonProcess daemon({"--scene", "fanuc_only", "--set", "crcl.validation=strict"});
   const auto found = findings(conform({"crcl", address(daemon.port("crcl.fanuc"))}));
   for (const auto& check : client::conform::crcl_checks()) {
@@ -122,13 +122,13 @@ TEST(Conform, AWrongModbusServerIsFoundWrong) {
                   {"T2", "T3", "T5", "T6", "FC5", "FC6", "FC9", "R2"});
 }
 
-TEST(Conform, NobodyThereIsNoVerdict) {
+TEST(Conform, MissingServerIsNoVerdict) {
   EXPECT_EQ(conform({"crcl", "127.0.0.1:1"}).exit_code, 3);
   EXPECT_EQ(conform({"modbus", "127.0.0.1"}).exit_code, 2);
   EXPECT_EQ(conform({"crcl"}).exit_code, 2);
 }
 
-TEST(Conform, ThePageOfRulesIsWhatIsChecked) {
+TEST(Conform, PageOfRulesMatchesTheChecks) {
   const ProcessResult page =
       run_process({std::string(APRSIM_BIN_DIR) + "/aprsim", "conform", "clauses"});
   std::ifstream file(std::string(APRSIM_SOURCE_DIR) + "/protocols/CLAUSES.md");

@@ -91,7 +91,7 @@ TEST_F(Interruption, AShellSees130AndEndsItsLoop) {
   expect_standstill(client_, "fanuc");
 }
 
-TEST_F(Interruption, ASecondOneLeavesAtOnce) {
+TEST_F(Interruption, SecondSignalExitsAtOnce) {
   auto jog = start_jog();
   wait_until_moving("fanuc");
   // A daemon that answers nothing: the stop waits for its timeout, but for the second Ctrl-C.
@@ -106,7 +106,7 @@ TEST_F(Interruption, ASecondOneLeavesAtOnce) {
   EXPECT_EQ(jog.wait_for_exit(), -SIGINT);
 }
 
-TEST_F(Interruption, ADaemonThatDoesNotAnswerIsTold) {
+TEST_F(Interruption, UnresponsiveDaemonIsReported) {
   auto jog = start_jog();
   wait_until_moving("fanuc");
   kill(daemon_.pid(), SIGSTOP);
@@ -169,7 +169,7 @@ TEST_F(Interruption, AReaderThatLeavesStopsTheDemo) {
   expect_standstill(client_, "fanuc");
 }
 
-TEST_F(Interruption, WhatMovesNothingLeavesAtOnce) {
+TEST_F(Interruption, CommandsWithoutMotionExitAtOnce) {
   for (const auto& [signal, exit_code] : {std::pair(SIGINT, -SIGINT), std::pair(SIGTERM, 130)}) {
     auto watch = start({"watch", "--json"});
     watch.wait_for("\"step\"");

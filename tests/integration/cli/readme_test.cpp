@@ -3,13 +3,16 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <regex>
+#include <sstream>
 #include <thread>
 
 #include <gtest/gtest.h>
 
 #include "tests/integration/cli/cli_commands.hpp"
 #include "tests/support/patience.hpp"
+#include "tests/support/temporary_directory.hpp"
 #include "tests/support/terminal_process.hpp"
 
 namespace aprsim::test {
@@ -17,9 +20,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// README.md and the pages of docs, relative to the tree.
+/// Parts of a document that run, in its order.
+struct Document {
+  /// Commands for bash: lines of indented blocks that begin with "$ ", with the lines that they
+  /// continue on, and code within a line that begins with "aprsim "; fenced Python is one as well.
+  std::vector<std::string> commands;
+  /// Fenced blocks whose first line is a comment with a file's name, by that name.
+  std::map<std::string, std::string> files;
+  /// Arguments of the first indented line that starts a daemon.
+  std::vector<std::string> daemon;
+};
+
+/// README.md, the pages of docs and the package's page, relative to the tree.
 std::vector<std::string> documents() {
-  std::vector<std::string> out{"README.md"};
+  std::vector<std::string> out{"README.md", "clients/python/README.md"};
   const fs::path root = APRSIM_SOURCE_DIR;
   for (const auto& entry : fs::directory_iterator(root / "docs")) {
     if (entry.path().extension() == ".md") out.push_back(fs::relative(entry, root).string());
@@ -28,21 +42,53 @@ std::vector<std::string> documents() {
   return out;
 }
 
-/// The commands of the client that a document shows, in its order: lines of shell blocks that begin
-/// with "$ ", and code within a line that begins with "aprsim ".
-std::vector<std::string> commands_of(const std::string& document) {
-  std::ifstream in(std::string(APRSIM_SOURCE_DIR) + "/" + document);
-  const std::regex line_form(R"(^    \$ (.*\baprsim .*)$)");
-  const std::regex code_form("`(aprsim [^`]*)`");
-  std::vector<std::string> out;
-  for (std::string line; std::getline(in, line);) {
-    std::smatch found;
-    if (std::regex_match(line, found, line_form)) {
-      out.push_back(found[1]);
-      continue;
+std::string name_of(const std::string& document) {
+  std::string name = fs::path(document).replace_extension().string();
+  std::ranges::replace_if(
+      name, [](char c) { return std::isalnum(c) == 0; }, '_');
+  return name;
+}
+
+/// Adds a fenced block: a file, or Python that runs as it stands.
+void add_block(const std::string& language, const std::string& text, Document& out) {
+  std::smatch found;
+  const std::string first = text.substr(0, text.find('\n'));
+  if (std::regex_match(first, found, std::regex(R"(# (\w+\.(?:yaml|py)))"))) {
+    out.files[found[1]] = text;
+  } else if (language == "python") {
+    out.commands.push_back("/usr/bin/python3 - <<'END_OF_SNIPPET'\n" + text + "END_OF_SNIPPET");
+  }
+}
+
+void add_line(const std::string& line, Document& out) {
+  static const std::regex kCommand(R"(^    \$ (.*)$)"), kCode("`(aprsim [^`]*)`"),
+      kDaemon(R"(^    (?:aprsimd|server/run --) ([^#]*?)\s*(?:#.*)?$)");
+  std::smatch found;
+  if (std::regex_match(line, found, kCommand)) {
+    out.commands.push_back(found[1]);
+  } else if (out.daemon.empty() && std::regex_match(line, found, kDaemon)) {
+    std::istringstream words(found[1]);
+    for (std::string word; words >> word;) out.daemon.push_back(word);
+  } else {
+    for (std::sregex_iterator code(line.begin(), line.end(), kCode), end; code != end; ++code) {
+      out.commands.push_back((*code)[1]);
     }
-    for (std::sregex_iterator code(line.begin(), line.end(), code_form), end; code != end; ++code) {
-      out.push_back((*code)[1]);
+  }
+}
+
+Document read_document(const std::string& name) {
+  std::ifstream in(std::string(APRSIM_SOURCE_DIR) + "/" + name);
+  Document out;
+  for (std::string line; std::getline(in, line);) {
+    if (line.starts_with("```")) {
+      const std::string language = line.substr(3);
+      std::string text;
+      while (std::getline(in, line) && line != "```") text += line + "\n";
+      add_block(language, text, out);
+    } else if (!out.commands.empty() && out.commands.back().ends_with('\\')) {
+      out.commands.back() += "\n" + line;
+    } else {
+      add_line(line, out);
     }
   }
   return out;
@@ -51,34 +97,63 @@ std::vector<std::string> commands_of(const std::string& document) {
 /// Whether it shows something until it is interrupted.
 bool goes_on(const std::string& command) {
   return std::regex_search(command, std::regex(R"(aprsim (watch|events)|--watch)")) &&
-         command.find("--count") == std::string::npos;
+         command.find("--count") == std::string::npos &&
+         command.find("--past") == std::string::npos;
 }
 
-class Documents : public testing::TestWithParam<std::string> {};
-
-TEST_P(Documents, ShowCommandsThatRunAsTheyStand) {
-  const auto commands = commands_of(GetParam());
-  if (commands.empty()) return;
-  // A pace that the daemon holds: else its status is a fault.
-  std::vector<std::string> arguments{"--speed", kPatience > 1 ? "0.5" : "2"};
-  const std::string journal = "/tmp/run.journal";
-  const bool records = std::ranges::any_of(
-      commands, [&](const auto& command) { return command.find(journal) != std::string::npos; });
-  if (records) arguments.insert(arguments.end(), {"--journal", journal});
-  if (records) fs::remove(journal);
-  DaemonProcess daemon(arguments);
-  const auto deadline = std::chrono::steady_clock::now() + kPatience * std::chrono::seconds(60);
-  while (records && (!fs::exists(journal) || fs::file_size(journal) == 0)) {
-    ASSERT_LT(std::chrono::steady_clock::now(), deadline) << "the journal is not begun";
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+/// With the daemon's ports in place of the default ones.
+std::string with_ports(const std::string& command, const DaemonProcess& daemon) {
+  static const std::map<std::string, std::string> kEndpoints = {
+      {"64444", "crcl.fanuc"},  {"64445", "crcl.motoman"},  {"1502", "modbus"},
+      {"4000", "vision.fanuc"}, {"4001", "vision.motoman"}, {"50051", "grpc"},
+      {"8080", "web"}};
+  static const std::regex kPort(R"(\b(64444|64445|1502|4000|4001|50051|8080)\b)");
+  std::string out;
+  std::size_t at = 0;
+  for (std::sregex_iterator port(command.begin(), command.end(), kPort), end; port != end; ++port) {
+    const auto bound = daemon.ports().find(kEndpoints.at((*port)[1]));
+    const auto begin = static_cast<std::size_t>(port->position());
+    out += command.substr(at, begin - at);
+    out += bound == daemon.ports().end() ? port->str() : std::to_string(bound->second);
+    at = begin + port->str().size();
   }
-  // The programs under test instead of installed ones, the ports of the daemon instead of the
-  // default ones, from the folder of README.md.
-  const std::string bin = APRSIM_BIN_DIR;
-  const std::string prelude = std::string("cd '") + APRSIM_SOURCE_DIR +
-                              "' && export APRSIM_PORTS_FILE='" + daemon.ports_file() +
-                              "' PATH=\"" + bin + ":$PATH\" && set -o pipefail && ";
-  for (const auto& command : commands) {
+  return out + command.substr(at);
+}
+
+class Documents : public testing::TestWithParam<std::string> {
+ protected:
+  /// The document's daemon, at a pace that it holds: else its status is a fault.
+  std::vector<std::string> daemon_arguments(const Document& document) const {
+    std::vector<std::string> out{"--speed", kPatience > 1 ? "0.5" : "2"};
+    for (const std::string& word : document.daemon) {
+      const fs::path file = fs::path(folder_.path()) / word;
+      out.push_back(document.files.contains(word) ? file.string() : word);
+    }
+    return out;
+  }
+
+  /// Waits until the daemon has begun the journal that it is started with.
+  static void await_journal(const std::vector<std::string>& arguments) {
+    const auto option = std::ranges::find(arguments, "--journal");
+    if (option == arguments.end()) return;
+    const fs::path journal = *std::next(option);
+    const auto deadline = std::chrono::steady_clock::now() + kPatience * std::chrono::seconds(60);
+    while (!fs::exists(journal) || fs::file_size(journal) == 0) {
+      ASSERT_LT(std::chrono::steady_clock::now(), deadline) << "the journal is not begun";
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+  }
+
+  /// The programs under test instead of installed ones, from the tree's root, or from the folder
+  /// with the document's files.
+  [[nodiscard]] std::string prelude(const DaemonProcess& daemon, bool has_files) const {
+    const std::string root = APRSIM_SOURCE_DIR;
+    return "cd '" + (has_files ? folder_.path() : root) + "' && export APRSIM_PORTS_FILE='" +
+           daemon.ports_file() + "' PYTHONPATH='" + root + "/clients/python' PATH=\"" +
+           APRSIM_BIN_DIR + ":/usr/bin:$PATH\" && set -o pipefail && ";
+  }
+
+  static void run(const std::string& command, const std::string& prelude) {
     TerminalProcess shell({"bash", "-c", prelude + command}, {"TERM=xterm", "NO_COLOR=1"});
     if (goes_on(command)) {
       shell.wait_for("\n", TerminalProcess::Seconds(30));
@@ -89,12 +164,35 @@ TEST_P(Documents, ShowCommandsThatRunAsTheyStand) {
                                                                        << shell.output();
     }
   }
+
+  TemporaryDirectory folder_;
+};
+
+TEST_P(Documents, ShowCommandsThatRunAsTheyStand) {
+  const Document document = read_document(GetParam());
+  if (document.commands.empty()) return;
+  for (const auto& [name, text] : document.files) folder_.write(name, text);
+  const auto arguments = daemon_arguments(document);
+  if (const auto journal = std::ranges::find(arguments, "--journal"); journal != arguments.end()) {
+    fs::remove(*std::next(journal));
+  }
+  DaemonProcess daemon(arguments);
+  ASSERT_NO_FATAL_FAILURE(await_journal(arguments));
+  for (const auto& command : document.commands) {
+    run(with_ports(command, daemon), prelude(daemon, !document.files.empty()));
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(, Documents, testing::ValuesIn(documents()),
-                         [](const auto& test) { return fs::path(test.param).stem().string(); });
+                         [](const auto& test) { return name_of(test.param); });
 
-TEST(Readme, ShowsCommands) { EXPECT_GE(commands_of("README.md").size(), 8U); }
+TEST(Readme, ShowsCommands) {
+  EXPECT_GE(read_document("README.md").commands.size(), 8U);
+  const Document tutorial = read_document("docs/tutorial.md");
+  EXPECT_EQ(tutorial.files.size(), 3U);
+  EXPECT_GE(tutorial.commands.size(), 4U);
+  EXPECT_FALSE(tutorial.daemon.empty());
+}
 
 }  // namespace
 }  // namespace aprsim::test

@@ -46,7 +46,7 @@ bool daemon_is_left(const std::string& directory) {
   return std::filesystem::exists(directory + "/ports.json");
 }
 
-TEST(ScenarioRun, InTheCellThatRuns) {
+TEST(ScenarioRun, InTheRunningCell) {
   const TemporaryDirectory directory;
   std::string text = kShort;
   text += "# a fault that nothing ends\n";
@@ -143,7 +143,7 @@ TEST(ScenarioRun, OneWhenTheOutcomeIsAnother) {
   EXPECT_EQ(json["measures"]["kits_submitted"], 0);
 }
 
-TEST(ScenarioRun, TakesTheWordOfAnyController) {
+TEST(ScenarioRun, AcceptsReportsOfAnyController) {
   const TemporaryDirectory directory;
   const auto file = directory.write("short.yaml", kShort);
   const auto seen = directory.path() + "/seen";
@@ -163,7 +163,7 @@ TEST(ScenarioRun, TakesTheWordOfAnyController) {
   EXPECT_EQ(json["measures"]["replans"], 1);
 }
 
-TEST(ScenarioRun, AKilledControllerIsStartedAgainAndToldAllOrders) {
+TEST(ScenarioRun, KilledControllerIsRestartedWithAllOrders) {
   const TemporaryDirectory directory;
   const auto file = directory.write("killed.yaml", R"(description: a controller that does nothing
 scene: aprs

@@ -1,5 +1,5 @@
-"""Of every kind of injected fault: the job in which it strikes, when and how. What the controller
-notices of it and what then becomes of the job stands in clients/kitting/README.md."""
+"""For every kind of injected fault: the job that it disturbs, its time and its parameters. The
+controller's reaction and the outcome of the job stand in clients/kitting/README.md."""
 
 import json
 from dataclasses import dataclass, field

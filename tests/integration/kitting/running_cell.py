@@ -36,7 +36,7 @@ def eventually(condition, seconds, what):
 
 
 def snapshot(daemon):
-    """What `aprsim status --json` says."""
+    """The output of `aprsim status --json`."""
     done = subprocess.run(
         [os.path.join(BINARIES, "aprsim"), "--ports-file", daemon.ports_file, "status", "--json"],
         capture_output=True,
@@ -50,8 +50,8 @@ def snapshot(daemon):
 
 
 def filled_slots(state, cell):
-    """Of every kit tray: each slot's gear type and how far that is from the slot's centre [mm], in
-    space; None where no gear is within 3 mm."""
+    """For every kit tray: each slot's gear type and its distance from the slot's centre [mm]; None
+    where no gear is within 3 mm."""
     bodies = [(body, _position(body)) for body in state["bodies"]]
     kits = {}
     for body, (x, y, z) in bodies:

@@ -1,5 +1,5 @@
-"""The kitting controller and the daemon: whole jobs, breakdowns, an end in mid-job. What has become
-of them is read from the daemon's telemetry, which the controller never sees."""
+"""The kitting controller and the daemon: whole jobs, breakdowns, an interrupted job. The
+outcomes are read from the daemon's telemetry, which the controller never sees."""
 
 import json
 import pathlib

@@ -1,6 +1,6 @@
 """Every kind of injected fault: the controller notices it by its wires and the job ends as the table in
-clients/kitting/README.md says. The same job with the same fault fails when the controller is told
-to react to nothing, and succeeds so without the fault: what fails it is the fault."""
+clients/kitting/README.md says. The same job with the same fault fails when the controller's
+reactions are off, and succeeds so without the fault: hence the fault causes the failure."""
 
 import json
 import os
@@ -17,7 +17,7 @@ AS_EXPECTED, ANOTHER_OUTCOME = 0, 1
 
 
 def stated():
-    """Of each kind in the controller's README: the event by which it notices, and what follows."""
+    """For each kind in the controller's README: the event that reports it, and the outcome."""
     rows = {}
     for line in (CONTROLLER / "README.md").read_text(encoding="utf-8").splitlines():
         columns = [column.strip() for column in line.strip("|").split("|")]
@@ -66,25 +66,25 @@ class FaultTest(unittest.TestCase):
                 self.assertEqual(code, ANOTHER_OUTCOME, text)
                 self.assertTrue({"take", "give_up", "look_again"} & set(told), f"it works: {told}")
 
-    def test_of_the_arm(self):
+    def test_arm(self):
         self.check("robot-", "joint-", "encoder-", "drive-", "protective-", "cell-", "curtain-")
 
-    def test_of_the_calibration_and_the_controller(self):
+    def test_calibration_and_the_controller(self):
         self.check("controller-", "base-", "tool-", "crcl-")
 
-    def test_of_the_gripper(self):
+    def test_gripper(self):
         self.check("gripper-")
 
-    def test_of_the_belt(self):
+    def test_belt(self):
         self.check("belt-", "photo-eye-", "tray-jammed")
 
-    def test_of_the_plc(self):
+    def test_plc(self):
         self.check("modbus-")
 
-    def test_of_parts_and_trays(self):
+    def test_parts_and_trays(self):
         self.check("part-", "tray-shifted", "foreign-")
 
-    def test_of_the_cameras(self):
+    def test_cameras(self):
         self.check("camera-")
 
     def test_without_a_fault_nothing_goes_wrong_and_the_blind_controller_does_the_jobs_too(self):

@@ -16,7 +16,7 @@ PLACED_MM = 0.5
 
 
 def stated_endings():
-    """Of each list: robot, list that has to be run before, exit code, parts then in kits, words of the
+    """For each list: robot, the list to run before it, exit code, parts then in kits, words of the
     failure."""
     rows = {}
     for line in (CONTROLLER / "README.md").read_text(encoding="utf-8").splitlines():
@@ -70,10 +70,10 @@ class ActionListsTest(unittest.TestCase):
                 for _, error_mm in filled:
                     self.assertLess(error_mm, PLACED_MM)
 
-    def test_of_the_fanuc(self):
+    def test_fanuc(self):
         self.run_lists("fanuc")
 
-    def test_of_the_motoman(self):
+    def test_motoman(self):
         self.run_lists("motoman")
 
     def test_every_list_is_in_the_table(self):

@@ -91,7 +91,7 @@ class StatusTest(unittest.TestCase):
         self.assertIsNone(status.tool_mm)
         self.assertIsNone(status.holding)
 
-    def test_what_is_no_status_is_refused(self):
+    def test_other_documents_are_refused(self):
         for document in (
             b"<CRCLStatus>",
             b"<CRCLStatus></CRCLStatus>",
@@ -136,7 +136,7 @@ class VisionTest(unittest.TestCase):
         look = vision.merge_frames(self.frames([10], [10, 500], [10], [10], [10], [10]))
         self.assertEqual(len(look.sightings), 1)
 
-    def test_what_moves_is_told_and_left_out(self):
+    def test_moving_parts_are_reported_and_left_out(self):
         look = vision.merge_frames(self.frames([10, 200], [12, 200], [14, 200], [16, 200]))
         self.assertEqual(([s.pose.x for s in look.sightings], look.moving), ([200], 1))
 
@@ -188,7 +188,7 @@ class AssociationTest(unittest.TestCase):
             self.contents(scene), {"mg_1": "empty", "mg_2": "empty", "lg_1": "unknown"}
         )
 
-    def test_what_a_tool_holds_lies_nowhere(self):
+    def test_held_part_has_no_place(self):
         scene = self.scene(sighting("sku_part_small_gear", 100, 0), ignored=[(110, 0)])
         self.assertEqual(scene.parts, [])
 
@@ -272,7 +272,7 @@ class PlanTest(unittest.TestCase):
             (step.transfer.source.slot.name, step.transfer.target.slot.name), ("mg_1", "slot_3")
         )
 
-    def test_what_was_done_shows_in_the_scene(self):
+    def test_completed_work_shows_in_the_scene(self):
         transfer = self.step({"mg_1": "sku_part_medium_gear"}).transfer
         self.scene.taken(transfer.part)
         self.assertIs(transfer.source.content, trays.Content.EMPTY)
@@ -440,7 +440,7 @@ class OrderLinesTest(unittest.TestCase):
         self.board.see("fanuc", self.scene)
         self.assertIsNone(self.board.claim("fanuc"))
 
-    def test_what_is_no_order_is_told_with_its_line(self):
+    def test_faulty_order_is_reported_with_its_line(self):
         self.read("{", '{"announce": "a", "tray": "bucket"}', "", '{"fetch": "coffee"}')
         told = [e for e in self.report.events if e["event"] == "order_error"]
         texts = [event["text"] for event in told]
@@ -622,7 +622,7 @@ class SpaceTest(unittest.TestCase):
         self.assertFalse(self.space.try_acquire("b", [(2000, 0), (1200, 0)]))
         self.assertTrue(self.space.try_acquire("b", [(2000, 0), (1251, 0)]))
 
-    def test_who_waits_gets_it_next_and_is_not_overtaken(self):
+    def test_waiting_robots_are_served_in_order(self):
         self.assertTrue(self.space.try_acquire("a", [(0, 0), (1000, 0)]))
         got = threading.Event()
         waiting = threading.Thread(

@@ -47,7 +47,7 @@ class Runs:
         self.count = 0
 
     def run(self, mutation="none", seed=1, daemon_options=VIRTUAL, controller_options=POLLS):
-        """The journal of one run. What a mutated controller makes of its job is not asked for."""
+        """The journal of one run. The outcome of a mutated controller's job is not checked."""
         self.count += 1
         journal = self.folder / f"{self.count}_{mutation}.journal"
         daemon = Daemon(

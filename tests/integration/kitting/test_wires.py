@@ -1,5 +1,6 @@
 """The kitting controller against servers that err, vanish, stall and send what nobody asked for."""
 
+import argparse
 import dataclasses
 import threading
 import unittest
@@ -14,6 +15,7 @@ import orders
 import plan
 import trays
 import vision
+import wires
 import worker
 from clock import Clock
 from geometry import Pose2
@@ -178,7 +180,7 @@ class HeldTest(unittest.TestCase):
         step = plan.next_step(scene, kit, tray, arm.robot.reaches, lambda _: False)
         return worker.Worker(arm, worker.Shop(board, None, [arm])), step.transfer, scene, server
 
-    def test_what_it_got_hold_of_is_carried_on(self):
+    def test_work_in_hand_is_resumed(self):
         # Approach and descent are done, the retreat is stopped, the way up is free again.
         robot, transfer, scene, server = self.worker(
             {"MoveTo": ["done", "done", "error stopped", "done"]}
@@ -187,7 +189,7 @@ class HeldTest(unittest.TestCase):
         self.assertEqual((server.holding, server.received.count("InitCanon")), ("false", 1))
         self.assertIs(transfer.target.content, trays.Content.RIGHT)
 
-    def test_what_it_did_not_get_is_looked_for_again(self):
+    def test_missed_part_is_located_again(self):
         robot, transfer, scene, server = self.worker({"MoveTo": ["done", "error stopped", "done"]})
         self.assertFalse(robot._carry(transfer, scene))
         self.assertIs(transfer.target.content, trays.Content.EMPTY)
@@ -283,9 +285,18 @@ class ConveyorTest(unittest.TestCase):
         went, _ = self.step(100, answer=stray)
         self.assertGreaterEqual(went, 100)
 
-    def test_what_is_not_modbus_is_refused(self):
+    def test_other_protocols_are_refused(self):
         error, _ = self.step(100, answer=lambda *_: [(0, b"\x03\0\0")])
         self.assertIn("function 3 in the answer to 4", str(error))
+
+
+class HostTest(unittest.TestCase):
+    def test_ipv6_hosts_with_and_without_brackets(self):
+        for text, host in {"::1": "::1", "[::1]": "::1", "cell": "cell", "127.0.0.1": "127.0.0.1"}.items():
+            self.assertEqual(wires.host_of(text), host)
+        for text in ("", "[]", "[::1", "::1]"):
+            with self.subTest(text), self.assertRaisesRegex(argparse.ArgumentTypeError, "host"):
+                wires.host_of(text)
 
 
 if __name__ == "__main__":

@@ -60,7 +60,7 @@ class Cell(unittest.TestCase):
 
 
 class Counts(Cell):
-    def test_what_clients_do(self):
+    def test_clients(self):
         before = self.metrics()
         crcl = Crcl(self.daemon.ports["crcl.fanuc"])
         for _ in range(20):

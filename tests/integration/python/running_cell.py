@@ -1,4 +1,4 @@
-"""What the tests of the Python package share: a daemon for a class of tests, and patience."""
+"""Shared by the tests of the Python package: a daemon for each class of tests, and time limits."""
 
 import os
 import pathlib

@@ -8,6 +8,8 @@ import math
 import os
 import pathlib
 import re
+import signal
+import socket
 import subprocess
 import tempfile
 import threading
@@ -19,6 +21,7 @@ import grpc
 import numpy as np
 from aprsim import (
     AprsimError,
+    BadArgument,
     Cell,
     Daemon,
     Happens,
@@ -34,13 +37,22 @@ from aprsim import (
     scenarios,
 )
 from aprsim.binaries import find_binary
+from aprsim.channel import channel_options
 from aprsim.crcl.v1 import (
     commands_pb2,
     robot_service_pb2,
     robot_service_pb2_grpc,
     status_pb2,
 )
+from aprsim.hosts import is_this_machine
 from running_cell import PATIENCE, ROOT, WithCell
+
+
+def await_that(condition, words):
+    deadline = time.monotonic() + 60 * PATIENCE
+    while not condition():
+        assert time.monotonic() < deadline, words
+        time.sleep(0.01)
 
 
 class CellTest(WithCell):
@@ -345,8 +357,214 @@ class CellTest(WithCell):
         with self.assertRaisesRegex(Unreachable, "127.0.0.1:1"):
             Cell.connect(grpc_port=1)
 
+    def test_a_closed_cell_says_so(self):
+        cell = Cell.connect(self.daemon.ports_file)
+        errors, begun = [], threading.Barrier(4)
+
+        def wait_in(call):
+            begun.wait()
+            try:
+                call()
+            except AprsimError as error:
+                errors.append(error)
+
+        robot = cell.robot("fanuc")
+        threads = [
+            threading.Thread(target=wait_in, args=(call,))
+            for call in (
+                lambda: list(cell.events()),
+                lambda: cell.run_until(Happens(["lost"])),
+                lambda: [robot.status() for _ in range(10**9)],
+            )
+        ]
+        for thread in threads:
+            thread.start()
+        begun.wait()
+        await_that(lambda: not self.cell.snapshot().paused, "the run begins")
+        cell.close()
+        for thread in threads:
+            thread.join(60 * PATIENCE)
+            self.assertFalse(thread.is_alive())
+        self.assertEqual([type(error) for error in errors], [Unreachable] * 3, errors)
+        with self.assertRaisesRegex(Unreachable, "is closed"):
+            cell.snapshot()
+        with self.assertRaisesRegex(Unreachable, "is closed"):
+            next(cell.stream())
+        with self.assertRaisesRegex(Unreachable, "is closed"):
+            cell.robot("motoman")
+        await_that(lambda: self.cell.snapshot().paused, "a run without a client pauses the cell")
+
+    def test_an_interrupted_run_leaves_the_cell_paused_and_says_so(self):
+        self.cell.resume()
+        interrupt = threading.Timer(0.2, signal.raise_signal, (signal.SIGINT,))
+        interrupt.start()
+        with self.assertRaises(KeyboardInterrupt):
+            self.cell.run_until(Happens(["lost"]))
+        interrupt.join()
+        self.assertTrue(self.cell.paused)
+        self.cell.step(1)
+        self.cell.resume()
+        with self.assertRaises(TimedOut):
+            self.cell.run_until(Happens(["lost"]), timeout_s=0.2)
+        self.assertTrue(self.cell.paused)
+        self.cell.step(1)
+        self.cell.resume()
+
+    def test_errors_name_argument_value_shape_and_unit(self):
+        cell, pose = self.cell, np.eye(4)
+        turned = np.diag([2.0, 1, 1, 1])
+        for words, call in {
+            "steps: 1.5, where a whole number": lambda: cell.step(1.5),
+            "steps: '3', where a whole number": lambda: cell.step("3"),
+            "fields: 'robots', where a sequence of texts": lambda: cell.snapshot("robots"),
+            "entities: 5, where a sequence": lambda: cell.snapshot(entities=5),
+            "hz: 'x', where a finite number in Hz": lambda: next(cell.stream(hz="x")),
+            "kinds: 'grasped', where a sequence": lambda: cell.run_until(Happens("grasped")),
+            "until: 'grasped', where a time in s": lambda: cell.run_until("grasped"),
+            "until: -1.0, where a number from 0 to 1e": lambda: cell.run_until(-1.0),
+            "max_steps: -1, where": lambda: cell.run_until(max_steps=-1),
+            "timeout_s: 0, where a number above 0 in s": lambda: cell.run_until(1, timeout_s=0),
+            "factor: 'fast', where a finite number": lambda: cell.set_speed("fast"),
+            "factor: nan, where": lambda: cell.set_speed(math.nan),
+            "seed: -1, where a whole number from 0": lambda: cell.reset(seed=-1),
+            "speed_m_s: '1', where a finite number in m/s": lambda: cell.set_conveyor(speed_m_s="1"),
+            "run: 1, where True or False": lambda: cell.set_conveyor(1),
+            "name: 5, where a text": lambda: cell.save(5),
+            "step: -1, where a whole number": lambda: cell.past(-1),
+            "stride: 0, where a whole number": lambda: next(cell.past_range(0, 1, stride=0)),
+            "X_WB: of shape .3,., where a 4 x 4 pose .rotation in .* position in m":
+                lambda: cell.spawn("sku_part_large_gear", "x", [0, 0, 0]),
+            "X_WB: .*nan.*, where a 4 x 4 pose": lambda: cell.move_body("x", pose * math.nan),
+            "X_WB.:3, :3.: .*, where a rotation": lambda: cell.move_body("x", turned),
+            "parameters.'over'.: 'x', where a finite number":
+                lambda: cell.inject_fault("gripper-leak", "fanuc", {"over": "x"}),
+            "when: 5, where a trigger": lambda: cell.inject_fault("belt-jam", when=5),
+            "duration_s: -1, where a number from 0": lambda: cell.inject_fault("belt-jam", duration_s=-1),
+        }.items():
+            with self.subTest(words), self.assertRaisesRegex(BadArgument, words):
+                call()
+        fanuc = cell.robot("fanuc")
+        for words, call in {
+            "offset_m: of shape .2,., where 3 finite numbers in m": lambda: fanuc.move_by([0, 0]),
+            "offset_m: .0, 0, nan., where 3 finite numbers in m": lambda: fanuc.move_by([0, 0, math.nan]),
+            "offset_m: 'up', where 3 finite numbers in m": lambda: fanuc.move_by("up"),
+            "offset_m: ..1, 2., .3.., where 3 finite": lambda: fanuc.move_by([[1, 2], [3]]),
+            "target: of shape .4,., where a point of 3 finite numbers in m, or": lambda: fanuc.move_to([1] * 4),
+            "target: None, where a point": lambda: fanuc.move_to(None),
+            "yaw: 'x', where a finite number in rad": lambda: fanuc.move_to([1, 1, 1], yaw="x"),
+            "yaw: not together with": lambda: fanuc.move_to(pose, yaw=1),
+            "frame: 'tool', where 'world' or 'robot'": lambda: fanuc.move_by([0, 0, 0], frame="tool"),
+            "positions_rad: of shape .2,., where 6 finite numbers in rad": lambda: fanuc.move_joints([1, 2]),
+            "speed_rad_s: 0, where a number above 0 in rad/s":
+                lambda: fanuc.move_joints([0] * 6, speed_rad_s=0),
+            "m_s: -1, where a number above 0 in m/s": lambda: fanuc.set_speed(-1),
+            "seconds: -1, where a number of at least 0 in s": lambda: fanuc.dwell(-1),
+            "setting: 2, where a number from 0 to 1": lambda: crcl.set_gripper(2),
+            "timeout_s: 'x', where a number above 0 in s": lambda: fanuc.wait("x"),
+            "no command has been started": fanuc.is_done,
+        }.items():
+            with self.subTest(words), self.assertRaisesRegex(BadArgument, words):
+                call()
+        self.assertEqual(self.cell.snapshot().step, 0, "nothing has reached the cell")
+
+
+class ConnectTest(unittest.TestCase):
+    """Hosts in every spelling, and the proxy of the environment."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon(
+            "--set", "grpc.address=::1", "--set", "crcl.address=::1", speed="stepped",
+            start_s=60 * PATIENCE,
+        )
+        cls.addClassCleanup(cls.daemon.close)
+
+    def setUp(self):
+        # Nobody listens at port 9.
+        names = ("http_proxy", "https_proxy", "grpc_proxy")
+        self.enterContext(mock.patch.dict(os.environ, dict.fromkeys(names, "http://127.0.0.1:9")))
+
+    def test_ipv6_hosts_with_and_without_brackets(self):
+        for host in ("::1", "[::1]", "0:0:0:0:0:0:0:1"):
+            with self.subTest(host), Cell.connect(self.daemon.ports_file, host=host) as cell:
+                self.assertEqual(len(cell.robot("fanuc").status().joints), 6)
+
+            async def look():
+                async with await aio.Cell.connect(self.daemon.ports_file, host=host) as cell:
+                    return len((await (await cell.robot("fanuc")).status()).joints)
+
+            with self.subTest("asyncio " + host):
+                self.assertEqual(asyncio.run(asyncio.wait_for(look(), 60 * PATIENCE)), 6)
+
+    def test_hosts_that_are_none(self):
+        for host in ("127.0.0.1:50051", "[127.0.0.1]", "http://localhost", "", "a b", "::1]"):
+            with self.subTest(host), self.assertRaisesRegex(BadArgument, "host: "):
+                Cell.connect(self.daemon.ports_file, host=host or " ")
+        with self.assertRaisesRegex(BadArgument, "grpc_port: 0, where a whole number from 1 to 65535"):
+            Cell.connect(grpc_port=0)
+
+    def test_the_proxy_is_not_for_this_machine(self):
+        with Daemon(speed="stepped", start_s=60 * PATIENCE) as daemon:
+            for host in (None, "localhost", "127.0.0.1"):
+                with self.subTest(host), Cell.connect(daemon.ports_file, host=host) as cell:
+                    self.assertEqual(cell.step(1).paused, True)
+        self.assertTrue(is_this_machine("127.1.2.3"))
+        self.assertTrue(is_this_machine("::1"))
+        self.assertTrue(is_this_machine(socket.gethostname()))
+        self.assertFalse(is_this_machine("192.0.2.1"), "an address for documents")
+        self.assertFalse(is_this_machine("no-such-host.invalid"))
+
+    def test_a_host_elsewhere_is_reached_by_the_proxy(self):
+        self.assertIn(("grpc.enable_http_proxy", 0), channel_options("127.0.0.1"))
+        self.assertNotIn(("grpc.enable_http_proxy", 0), channel_options("192.0.2.1"))
+
 
 class RobotTest(WithCell):
+    def test_connecting_commands_nothing(self):
+        mover = self.cell.robot("fanuc")
+        target = mover.tool() + 0
+        target[2, 3] -= 0.1
+        mover.move_to(target, wait=False)
+        self.assertTrue(self.cell.step(100).robot("fanuc").moving)
+        before = self.commands()
+        with Cell.connect(self.daemon.ports_file) as other:
+            viewer = other.robot("fanuc")
+            np.testing.assert_allclose(
+                viewer.tool(), self.cell.snapshot().robot("fanuc").tool_in_world, atol=1e-9
+            )
+            np.testing.assert_allclose(
+                viewer.tool("robot"), self.cell.snapshot().robot("fanuc").tool_in_reference, atol=1e-9
+            )
+            self.assertEqual(viewer.status().state, "CRCL_Working")
+        self.assertEqual(self.commands(), before)
+        mover.wait()
+        np.testing.assert_allclose(mover.tool(), target, atol=1e-5)
+
+    def test_the_first_command_takes_the_robot(self):
+        mover = self.cell.robot("fanuc")
+        mover.move_by([0, 0, -0.1], wait=False)
+        self.cell.step(100)
+        with Cell.connect(self.daemon.ports_file) as other:
+            taker = other.robot("fanuc")
+            taker.stop()
+            self.assertFalse(self.cell.step(1).robot("fanuc").moving)
+            before = self.commands()
+            taker.move_by([0, 0, 0.02])
+            self.assertEqual(self.commands()[len(before):][0], "initialize")
+            first = self.commands()
+            taker.move_by([0, 0, 0.01])
+            taker.take()
+            self.assertNotIn("initialize", self.commands()[len(first):])
+        self.cell.reset()
+        before = self.commands()
+        mover.take()
+        self.assertIn("initialize", self.commands()[len(before):], "after a reset it takes it again")
+
+    def commands(self):
+        """The commands that robots have begun so far."""
+        kinds = ["command_begun"]
+        return [event.text for event in self.cell.events(0, kinds=kinds, past_only=True, allow_gap=True)]
+
     def test_moves_where_it_is_told(self):
         fanuc = self.cell.robot("fanuc")
         self.assertIs(self.cell.robot("fanuc"), fanuc)
@@ -409,8 +627,7 @@ class RobotTest(WithCell):
     def test_the_same_commands_give_the_same_bits(self):
         def work():
             self.cell.reset()
-            robot = self.cell.robot("motoman", initialise=False)
-            robot.initialise()
+            robot = self.cell.robot("motoman")
             robot.move_by([0, 0.05, -0.05])
             robot.close_gripper()
             robot.move_by([0, -0.05, 0.05])
@@ -440,8 +657,7 @@ class RobotTest(WithCell):
         fanuc.initialise()
         fanuc.move_by([0, 0, 0.01])
         fanuc.end()
-        with self.assertRaisesRegex(RobotError, "Not initialized"):
-            fanuc.move_by([0, 0, 0.01])
+        fanuc.move_by([0, 0, -0.01])  # the robot stays initialised, as on NIST's servers
         with self.assertRaisesRegex(AprsimError, "no robot 'kuka'; there is fanuc, motoman"):
             self.cell.robot("kuka")
 
@@ -569,6 +785,89 @@ class AsyncTest(WithCell):
     def test_nobody_there(self):
         with self.assertRaises(Unreachable):
             asyncio.run(aio.Cell.connect(grpc_port=1))
+
+    def test_close_ends_what_waits(self):
+        async def read(stream):
+            async for _ in stream:
+                pass
+
+        async def work(cell):
+            robot = await cell.robot("fanuc")
+
+            async def poll():
+                while True:
+                    await robot.status()
+
+            await cell.resume()
+            readers = [
+                asyncio.create_task(waiting)
+                for waiting in (
+                    read(cell.stream()),
+                    read(cell.stream(hz=None, fields=["step"])),
+                    read(cell.events()),
+                    cell.run_until(Happens(["lost"])),
+                    poll(),
+                )
+            ]
+            await cell.snapshot()
+            await asyncio.sleep(0)
+            await cell.close()
+            done, waiting = await asyncio.wait(readers, timeout=30 * PATIENCE)
+            self.assertFalse(waiting)
+            self.assertEqual([type(reader.exception()) for reader in readers], [Unreachable] * 5)
+            with self.assertRaisesRegex(Unreachable, "is closed"):
+                await cell.snapshot()
+            with self.assertRaisesRegex(Unreachable, "is closed"):
+                await anext(aiter(cell.events()))
+
+        self.run_async(work)
+
+    def test_a_cancelled_reader_is_a_cancelled_task(self):
+        async def work(cell):
+            async def read():
+                async for _ in cell.events():
+                    pass
+
+            reader = asyncio.create_task(read())
+            await cell.snapshot()
+            reader.cancel()
+            await asyncio.wait([reader], timeout=30 * PATIENCE)
+            self.assertTrue(reader.cancelled())
+            self.assertEqual((await cell.step(1)).step, 1, "the cell is still open")
+
+        self.run_async(work)
+
+    def test_a_cancelled_run_leaves_the_cell_paused_and_says_so(self):
+        async def work(cell):
+            await cell.resume()
+            run = asyncio.create_task(cell.run_until(Happens(["lost"])))
+            await cell.snapshot()
+            self.assertFalse(cell.paused)
+            run.cancel()
+            with self.assertRaises(asyncio.CancelledError):
+                await run
+            self.assertTrue(cell.paused)
+            before = await cell.snapshot()
+            self.assertTrue(before.paused)
+            await (await cell.robot("fanuc")).dwell(0.1)
+            await cell.resume()
+            with self.assertRaises(TimedOut):
+                await cell.run_until(Happens(["lost"]), timeout_s=0.2)
+            self.assertTrue(cell.paused)
+            await cell.step(1)
+
+        self.run_async(work)
+
+    def test_connecting_commands_nothing(self):
+        async def work(cell):
+            step = (await cell.snapshot()).step
+            robot = await cell.robot("motoman")
+            tool = await robot.tool()
+            await robot.take()
+            self.assertGreater((await cell.snapshot()).step, step)
+            np.testing.assert_allclose(tool, await robot.tool(), atol=1e-5)
+
+        self.run_async(work)
 
 
 class ScenarioTest(unittest.TestCase):

@@ -3,7 +3,7 @@
 import unittest
 
 import numpy as np
-from aprsim import AprsimError, Cell, Daemon
+from aprsim import AprsimError, BadArgument, Cell, Daemon
 from aprsim.envs import KitEnv, PickEnv, PlaceEnv, scripted_action
 from running_cell import PATIENCE
 
@@ -104,7 +104,7 @@ class Tasks(WithDaemon):
         self.assertLess(env.cell.snapshot().robot("fanuc").tool_in_world[2, 3], before - 0.02)
         self.assertTrue(episode(env, 1)[2]["is_success"])
 
-    def test_what_cannot_be(self):
+    def test_invalid_arguments(self):
         env = self.make(PickEnv)
         with self.assertRaisesRegex(AprsimError, "tray 'x', where kit_m2l1_vessel_1"):
             env.reset(options={"tray": "x"})
@@ -116,6 +116,29 @@ class Tasks(WithDaemon):
             env.step([1, 2])
         with self.assertRaisesRegex(AprsimError, "no kit tray"):
             self.make(PickEnv, reach_m=0.1)
+
+
+class Order(WithDaemon):
+    def test_a_step_needs_an_episode(self):
+        env = self.make(PickEnv)
+        action = [0, 0, 0, 0, 1]
+        self.assertIsNone(env.transfer)
+        with self.assertRaisesRegex(AprsimError, r"step: no episode has begun; call reset\(\) first"):
+            env.step(action)
+        env.reset(seed=1)
+        env.step(action)
+        with self.assertRaisesRegex(AprsimError, "options"):
+            env.reset(options={"gear": "x"})
+        with self.assertRaisesRegex(AprsimError, "no episode has begun"):
+            env.step(action)
+        with self.assertRaisesRegex(BadArgument, "seed: -1"):
+            env.reset(seed=-1)
+        env.close()
+        for call in (lambda: env.step(action), env.reset):
+            with self.assertRaisesRegex(AprsimError, "the environment is closed"):
+                call()
+        with self.assertRaisesRegex(BadArgument, "reach_m: 0, where a number above 0 in m"):
+            PickEnv(env.cell, reach_m=0)
 
 
 class Own(unittest.TestCase):

@@ -8,7 +8,7 @@ import unittest
 from aprsim import Daemon
 from running_cell import PACKAGE, PATIENCE
 
-# A line that each prints. What runs a whole scenario is left to the scenarios' own tests.
+# A line that each prints. Examples that run a whole scenario are covered by the scenarios' own tests.
 SAID = {
     "belt_table.py": "large_gear_vessel_3",
     "episode.py": "True",

@@ -11,7 +11,7 @@ from running_cell import PACKAGE, PATIENCE, ROOT
 
 
 class Install(unittest.TestCase):
-    def test_by_pip(self):
+    def test_pip_install(self):
         with tempfile.TemporaryDirectory() as folder:
             tree, target = pathlib.Path(folder) / "tree", pathlib.Path(folder) / "site"
             generated = shutil.ignore_patterns("*_pb2*", "build", "*.egg-info", "__pycache__")
@@ -35,6 +35,34 @@ class Install(unittest.TestCase):
             self.assertEqual(done.stdout.split(), [str(target / "aprsim" / "__init__.py"), "7"])
             for file in ("py.typed", "v1/snapshot_pb2.pyi"):
                 self.assertTrue((target / "aprsim" / file).exists(), file)
+
+
+class Documented(unittest.TestCase):
+    LINES = (
+        "python3 -m venv --system-site-packages build/venv",
+        "build/venv/bin/pip install --no-build-isolation clients/python",
+    )
+
+    def test_the_documented_lines_without_a_network(self):
+        with tempfile.TemporaryDirectory() as folder:
+            tree = pathlib.Path(folder)
+            generated = shutil.ignore_patterns("*_pb2*", "build", "*.egg-info", "__pycache__")
+            shutil.copytree(PACKAGE, tree / "clients" / "python", ignore=generated)
+            shutil.copytree(ROOT / "proto", tree / "proto")
+            (tree / "build").mkdir()
+            environment = {"PATH": "/usr/bin:/bin", "HOME": folder, "PIP_NO_INDEX": "1"}
+            for line in self.LINES:
+                done = subprocess.run(
+                    line.split(), cwd=tree, env=environment, capture_output=True, text=True,
+                    timeout=200 * PATIENCE,
+                )
+                self.assertEqual(done.returncode, 0, f"{line}: {done.stdout}{done.stderr}")
+            done = subprocess.run(
+                [tree / "build/venv/bin/python", "-c", "import aprsim.envs; print(aprsim.__file__)"],
+                cwd="/", env=environment, capture_output=True, text=True, timeout=60 * PATIENCE,
+            )
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("build/venv/lib", done.stdout)
 
 
 if __name__ == "__main__":

@@ -42,8 +42,8 @@ std::string through_message(const std::string& document) {
   return through(command_message(document));
 }
 
-// What differs between two documents: elements, their order, types, or text but for its spelling as
-// a number or truth value and white space around it where there are elements.
+// The first difference between two documents: elements, their order, types, or text. The spelling
+// of numbers and truth values and the white space between elements do not count.
 std::string loss(const XmlNode& ours, const XmlNode& theirs, const std::string& path = "") {
   const std::string here = path + "/" + theirs.name;
   if (ours.name != theirs.name) return here + " is " + ours.name;

@@ -1,5 +1,5 @@
-// What the reference material says, where it is at hand: its samples are read, and what we write is
-// valid by its schemas.
+// Tests against the reference material, where present: its samples are read, and the documents that
+// aprsim writes are valid by its schemas.
 
 #include <algorithm>
 #include <filesystem>

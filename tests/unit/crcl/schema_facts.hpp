@@ -6,7 +6,7 @@
 
 namespace aprsim::crcl {
 
-/// What schema documents declare at their top, by kind and name, in one line each: "complexType
+/// The top-level declarations of schema documents, by kind and name, one line each: "complexType
 /// PointType" -> "extends DataThingType: X xs:double 1..1, ...". Documentation, order of
 /// declarations, includes and which file something stands in do not show.
 [[nodiscard]] std::map<std::string, std::string> schema_facts(

@@ -15,7 +15,8 @@ TEST(CrclConfig, IsWhatExistingClientsExpectUnlessTold) {
   EXPECT_EQ(robot.length_unit, "millimeter");
   EXPECT_EQ(robot.angle_unit, "degree");
   EXPECT_FALSE(robot.strict);
-  EXPECT_FALSE(robot.clamp_targets);
+  EXPECT_EQ(robot.clamp_targets, std::nullopt) << "as the scene says";
+  EXPECT_FALSE(robot.wait_for_end_effector);
   EXPECT_FALSE(robot.end_program_with_client);
   EXPECT_FALSE(robot.cartesian_min_m || robot.cartesian_max_m);
 }
@@ -25,6 +26,7 @@ TEST(CrclConfig, ARobotsOwnSettingsStandBeforeTheCommonOnes) {
                             {"crcl.validation", "strict"},
                             {"crcl.robots.motoman.length_unit", "inch"},
                             {"crcl.robots.motoman.out_of_range", "clamp"},
+                            {"crcl.robots.motoman.end_effector_done", "when_settled"},
                             {"crcl.robots.motoman.cartesian_min_m", "[-1, -1.5, 0]"},
                             {"crcl.robots.motoman.cartesian_max_m", "[1, 1.5, 2]"}};
   const auto config = load_config("", overrides);
@@ -32,11 +34,12 @@ TEST(CrclConfig, ARobotsOwnSettingsStandBeforeTheCommonOnes) {
   const CrclRobotConfig& fanuc = config->crcl.of("fanuc");
   EXPECT_EQ(fanuc.length_unit, "meter");
   EXPECT_TRUE(fanuc.strict);
-  EXPECT_FALSE(fanuc.clamp_targets);
+  EXPECT_EQ(fanuc.clamp_targets, std::nullopt);
   const CrclRobotConfig& motoman = config->crcl.of("motoman");
   EXPECT_EQ(motoman.length_unit, "inch");
   EXPECT_TRUE(motoman.strict);
-  EXPECT_TRUE(motoman.clamp_targets);
+  EXPECT_EQ(motoman.clamp_targets, true);
+  EXPECT_TRUE(motoman.wait_for_end_effector);
   EXPECT_EQ(motoman.cartesian_min_m, (std::array<double, 3>{-1, -1.5, 0}));
 
   const std::string file = testing::TempDir() + "aprsim-crcl-config.yaml";
@@ -51,6 +54,7 @@ TEST(CrclConfig, NamesTheKeyAndWhatIsWrongWithItsValue) {
   const std::vector<std::array<std::string, 3>> cases{
       {"crcl.validation", "loose", "lenient"},
       {"crcl.out_of_range", "ignore", "clamp"},
+      {"crcl.end_effector_done", "later", "at_once"},
       {"crcl.length_unit", "feet", "millimeter"},
       {"crcl.robots.fanuc.angle_unit", "gon", "radian"},
       {"crcl.robots.fanuc.units", "meter", "units"},

@@ -11,14 +11,14 @@
 #include "world/api/faults/fault.hpp"
 #include "world/api/values/light_curtain.hpp"
 
-/// Everything that a listener may ask of the world. Plain values in SI units; a command says what
-/// is wanted, never how a wire encoded it.
+/// The commands of listeners to the world. Plain values in SI units, independent of the encoding of
+/// a wire.
 namespace aprsim::api {
 
 /// Identifies the listener or client session that sent a command (kept in the journal).
 using EndpointId = std::uint32_t;
 
-/// Puts the intruder into the cell or moves it; nullopt takes it away. A reset does so too.
+/// Adds the intruder to the cell or moves it; nullopt removes it. A reset removes it, too.
 struct SetIntruder {
   std::optional<Intruder> intruder;
 };

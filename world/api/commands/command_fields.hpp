@@ -26,7 +26,7 @@ APRSIM_FIELDS(JointTarget, FIELD(joint), FIELD(position_rad), FIELD(speed_rad_s)
               FIELD(accel_rad_s2), INLINED(torque), FIELD(tolerance_rad), FIELD(held))
 APRSIM_FIELDS(MoveJoints, FIELD(targets))
 
-// All else that one robot may be told.
+// The other commands to one robot.
 APRSIM_FIELDS(InitRobot)
 APRSIM_FIELDS(EndRobot)
 APRSIM_FIELDS(StopMotion, FIELD(kind))

@@ -7,7 +7,7 @@
 #include "world/api/values/pose.hpp"
 #include "world/api/values/wire_joint.hpp"
 
-/// The motions that a robot may be told to make.
+/// Motion commands of a robot.
 namespace aprsim::api {
 
 /// One limit of the tool's motion: absolute [m/s, m/s^2, rad/s, rad/s^2], or relative as a fraction
@@ -17,15 +17,17 @@ struct LimitSetting {
   double value = 0;
 };
 
-/// Limits for the way to one pose only; what is absent is as SetMotionLimit has set it.
+/// Limits for the motion to one pose; SetMotionLimit sets the absent ones.
 struct PoseLimits {
   std::optional<LimitSetting> trans_speed{}, trans_accel{}, rot_speed{}, rot_accel{};
 };
 
 /// How near a pose must be passed: distances along the axes of R, angles of the tool's x and z
-/// axes. What is absent is bounded by the robot's own defaults.
+/// axes. The robot's own defaults replace absent values.
 struct PoseTolerance {
   std::optional<double> x_m{}, y_m{}, z_m{}, x_axis_rad{}, z_axis_rad{};
+
+  static constexpr bool kUnbounded = true;  ///< see world/archive/archive.hpp
 };
 
 /// Moves the tool frame T to a pose in the robot's reference frame R (the frame of CRCL poses).
@@ -48,6 +50,12 @@ struct Waypoint {
 struct MoveThroughTo {
   std::vector<Waypoint> waypoints;
   bool straight = false;  ///< straight between the waypoints; else free
+
+  /// See world/archive/archive.hpp.
+  template <typename In>
+  void require_valid(In& in) const {
+    in.require(!waypoints.empty() && waypoints.size() <= kMaxWaypoints, "a path without waypoints");
+  }
 };
 
 /// Moves freely to `start`, then along the tool's z axis by `free_m`, then on a helix: the tool
@@ -70,17 +78,30 @@ struct JointTarget {
   double position_rad = 0;
   std::optional<double> speed_rad_s;
   std::optional<double> accel_rad_s2;
-  /// Towards the position until it is reached or what stands in the way bears the torque.
+  /// Moves towards the position until it is reached or an obstacle balances the torque.
   std::optional<JointTorque> torque{};
   /// A joint that is pushed aside by more has not arrived.
   std::optional<double> tolerance_rad{};
   /// Added to the position: shares of where these joints would be held if none were named.
   std::vector<JointShare> held{};
+
+  /// See world/archive/archive.hpp.
+  template <typename In>
+  void require_valid(In& in) const {
+    in.joint(joint);
+    for (const JointShare& share : held) in.joint(share.joint);
+  }
 };
 /// Moves the named joints, each with its own optional speed and acceleration; joints that are not
 /// named hold their present target.
 struct MoveJoints {
   std::vector<JointTarget> targets;
+
+  /// See world/archive/archive.hpp.
+  template <typename In>
+  void require_valid(In& in) const {
+    in.require(!targets.empty(), "a move of no joints");
+  }
 };
 
 }  // namespace aprsim::api

@@ -8,12 +8,12 @@
 #include "world/api/values/guard.hpp"
 #include "world/base/time.hpp"
 
-/// All that one robot may be told.
+/// The commands to one robot.
 namespace aprsim::api {
 
 /// Aborts any motion without leaving the present position, clears a held error, makes ready.
 struct InitRobot {};
-/// Ends a session: stops motion; the robot holds its position.
+/// Ends a program: stops motion; the robot holds its position and stays initialized.
 struct EndRobot {};
 
 enum class StopKind {
@@ -21,6 +21,8 @@ enum class StopKind {
   kFast,       ///< on the path at maximal deceleration; drives off and brakes on 1 s later
   kNormal,     ///< braking ramp on the path at the set deceleration; the drives stay on
 };
+/// For checks of states (world/archive).
+[[nodiscard]] constexpr StopKind last_of(StopKind) { return StopKind::kNormal; }
 struct StopMotion {
   StopKind kind = StopKind::kNormal;
 };
@@ -52,6 +54,8 @@ struct Dwell {
 };
 
 enum class MotionLimit { kTransSpeed, kTransAccel, kRotSpeed, kRotAccel };
+/// For checks of states (world/archive).
+[[nodiscard]] constexpr MotionLimit last_of(MotionLimit) { return MotionLimit::kRotAccel; }
 /// Sets one of the limits that later moves obey. Absolute [m/s, m/s^2, rad/s, rad/s^2], or
 /// relative as a fraction 0..1 of the robot's maximum.
 struct SetMotionLimit {
@@ -81,6 +85,8 @@ enum class ActionKind {
   kDwell,
   kMotionLimit,
 };
+/// For checks of states (world/archive).
+[[nodiscard]] constexpr ActionKind last_of(ActionKind) { return ActionKind::kMotionLimit; }
 static_assert(std::variant_size_v<RobotAction> ==
               static_cast<std::size_t>(ActionKind::kMotionLimit));
 [[nodiscard]] inline ActionKind kind_of(const RobotAction& action) {

@@ -14,7 +14,7 @@
 #include "world/api/values/ticket.hpp"
 #include "world/base/time.hpp"
 
-/// What is asked of the simulation itself: its pace and its states.
+/// Commands to the simulation itself: its pace and its states.
 namespace aprsim::api {
 
 struct Pause {};
@@ -37,25 +37,26 @@ class NextScene {
   [[nodiscard]] virtual const std::string& text() const = 0;
   [[nodiscard]] virtual const std::string& name() const = 0;
 };
-/// Builds the world anew from its scene as it was loaded, or from another one, from then on.
+/// Rebuilds the world from its scene as it was loaded, or from another scene.
 /// Sockets stay open; Snapshot::epoch rises by one.
 struct Reset {
   std::optional<std::uint64_t> seed;
-  std::string scene_name{}, scene_text{};  ///< of another scene: one of both; empty = the same
-  /// Made of these when the command is submitted.
+  std::string scene_name{},
+      scene_text{};  ///< one of both for another scene; empty = the same scene
+  /// Read from these when the command is submitted.
   std::shared_ptr<const NextScene> next{};
 };
 
 inline constexpr std::size_t kMaxSavedStates = 64;
 inline constexpr std::size_t kMaxStateName = 64;
-/// Keeps a state of the world under a name, in place of what had it; fails when kMaxSavedStates
-/// others are kept or all together would take too much memory. Saved states outlive resets, not the
-/// process.
+/// Saves a state of the world under a name, in place of an earlier one; fails when kMaxSavedStates
+/// others are saved or all together would take too much memory. Saved states outlive resets, not
+/// the process.
 struct SaveState {
   std::string name;
   StatePtr state = {};  ///< of a world of this scene; null = the present one
 };
-/// Goes on from a state, bit for bit; fails when none is saved under the name. Snapshot::epoch
+/// Continues from a saved state, bit for bit; fails when none has the name. Snapshot::epoch
 /// rises by one.
 struct LoadState {
   std::string name;
@@ -70,15 +71,15 @@ struct DeleteState {
 struct UntilTime {
   SimTime time{};
 };
-/// Something happens: of one of these kinds, and one of these things takes part; empty = any.
+/// An event of one of these kinds that involves one of these things; empty = any.
 struct UntilEvent {
   std::vector<CellEventKind> kinds;
   std::vector<std::string> names;
 };
 inline constexpr std::uint64_t kMaxRunSteps = 10'000'000;
-/// Takes steps at the set speed until the condition holds at a step's end, or so many have been
-/// taken, and pauses. One that holds already takes no step. Ended by whatever else pauses or begins
-/// anew; Snapshot::runs tells how it ended.
+/// Runs at the set speed until the condition holds at a step's end, or for this number of steps,
+/// and pauses. A condition that holds already takes no step. Pauses, resets and loads end the run;
+/// Snapshot::runs has its outcome.
 struct RunUntil {
   /// A crossing: the quantity is beyond the limit. Nothing: only the steps count.
   std::variant<std::monostate, UntilTime, UntilEvent, WhenCrossing> until;

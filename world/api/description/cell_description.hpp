@@ -12,7 +12,7 @@
 #include "world/api/values/wire_joint.hpp"
 #include "world/base/time.hpp"
 
-/// What does not change between two resets: names, types, limits, geometry that clients need.
+/// The constants of a cell between two resets: names, types, limits and geometry.
 namespace aprsim::api {
 
 struct JointDescription {
@@ -39,6 +39,8 @@ struct RobotDescription {
   std::vector<std::string> links;  ///< base first, one more than joints
   /// As CRCL clients count them; empty = as they are, angles in their order.
   std::vector<WireJoint> wire_joints;
+  /// Targets beyond its limits are moved onto them, with a warning; else they are refused.
+  bool clamps_targets = false;
   Pose X_WB;  ///< base mounting frame in world
   Pose X_BR;  ///< reference frame of wire poses in base
   Pose X_RV;  ///< frame of its camera's detections in the reference frame
@@ -61,8 +63,8 @@ struct BoxDescription {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero(), size = Eigen::Vector3d::Zero();
 };
 
-/// What a robot takes and leaves by its tool changer. Its frame T lies between the finger tips, z
-/// along the approach; the fingers move along y.
+/// A tool that a robot takes and releases by its tool changer. Its frame T lies between the finger
+/// tips, z along the approach; the fingers move along y.
 struct ToolDescription {
   std::string name;
   double mass_kg = 0;

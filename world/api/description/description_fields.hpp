@@ -12,7 +12,7 @@ APRSIM_FIELDS(JointDescription, FIELD(name), FIELD(lower_rad), FIELD(upper_rad),
 APRSIM_FIELDS(GripperDescription, FIELD(stroke_m), FIELD(gap_open_m), FIELD(gap_closed_m),
               FIELD(force_n), NOWHERE(proportional), FIELD(cup_radius_m), NOWHERE(names))
 APRSIM_FIELDS(RobotDescription, FIELD(name), FIELD(model), FIELD(joints), NOWHERE(links),
-              NOWHERE(wire_joints), FIELD_AS(X_WB, base_in_world),
+              NOWHERE(wire_joints), NOWHERE(clamps_targets), FIELD_AS(X_WB, base_in_world),
               FIELD_AS(X_BR, reference_in_base), FIELD_AS(X_RV, vision_in_reference),
               FIELD_AS(X_FT, tool_in_flange), FIELD_AS(X_FQ, coupling_in_flange),
               FIELD_AS(tool_point_F, tool_point_in_flange), FIELD(gripper), NOWHERE(reach_min_R),

@@ -20,8 +20,8 @@ struct ResolvedFault;
 struct ResolvedCrossing;
 }  // namespace aprsim::world
 
-/// Faults that are injected into the cell on purpose, to see what a controller makes of them (the
-/// laboratory's mock failures). The same request comes over gRPC, from the command line and from
+/// Faults that are injected into the cell on purpose, to test a controller (the laboratory's mock
+/// failures). The same request comes over gRPC, from the command line and from
 /// files.
 namespace aprsim::api {
 
@@ -29,7 +29,7 @@ namespace aprsim::api {
 struct AtTime {
   SimTime time{};
 };
-/// A robot lets go of a gear of a type.
+/// A robot releases a gear of a type.
 struct WhenPlaced {
   std::string type;   ///< of the gear
   std::string robot;  ///< empty = any
@@ -51,33 +51,33 @@ struct WhenCrossing {
   bool above = true;  ///< else below
   double limit = 0;   ///< SI
 };
-/// Somebody reports an event of this name, as "order-submitted".
+/// A client reports an event of this name, as "order-submitted".
 struct WhenReported {
   std::string event;
 };
 /// The names in a crossing as indices; see world/faults/fault_check.hpp. Opaque outside of `world`.
 using ResolvedCrossingPtr = std::shared_ptr<const world::ResolvedCrossing>;
-/// What a fault waits for; nothing: it begins at once.
+/// The condition on which a fault begins; monostate: it begins at once.
 using FaultTrigger = std::variant<std::monostate, AtTime, WhenPlaced, WhenGrasped, WhenBeamBroken,
                                   WhenCrossing, WhenReported>;
 
 inline constexpr std::size_t kMaxFaultText = 128;  ///< bytes of a name or target
 
-/// A fault as it is asked for; world/faults/fault_check.hpp says whether a cell can have it.
+/// A request for a fault; world/faults/fault_check.hpp checks it against a cell.
 struct InjectFault {
   std::string kind;                          ///< name of a kind (faults/fault_kinds.hpp)
   std::string target;                        ///< as the kind's target is written
-  std::map<std::string, double> parameters;  ///< SI; what is absent is as the kind says
+  std::map<std::string, double> parameters;  ///< SI; absent ones have the defaults of the kind
   FaultTrigger trigger;
-  std::optional<SimTime> duration;  ///< > 0; absent = until it is ended; never of a momentary kind
+  std::optional<SimTime> duration;  ///< > 0; absent = until it is ended; a momentary kind has none
   /// The same with its names as indices, set by world::check(); null = not checked.
   std::shared_ptr<const world::ResolvedFault> resolved{};
 };
-/// Ends a fault, or gives up one that waits; fails when none of this number waits or lasts.
+/// Ends an active fault or cancels a pending one; fails for other numbers.
 struct EndFault {
   std::uint64_t id = 0;
 };
-/// Tells the faults that wait for it that something has happened outside the cell.
+/// Reports an event outside the cell to the faults that wait for it.
 struct ReportEvent {
   std::string event;
 };
@@ -88,8 +88,10 @@ enum class FaultState {
   kActive,
   kEnded,
 };
+/// For checks of states (world/archive).
+[[nodiscard]] constexpr FaultState last_of(FaultState) { return FaultState::kEnded; }
 
-/// One fault and what has become of it.
+/// One fault and its state.
 struct InjectedFault {
   std::uint64_t id = 0;  ///< counts from 1 since the last reset
   Ticket ticket = 0;     ///< of its injection
@@ -100,7 +102,13 @@ struct InjectedFault {
   std::array<double, faults::kMaxParameters> values{};  ///< the kind's parameters, SI
   FaultState state = FaultState::kPending;
   std::optional<std::uint64_t> begin_step, end_step;  ///< steps since the last reset
-  std::string note;  ///< what there is to tell of its end, mostly nothing
+  std::string note;                                   ///< a remark on its end, mostly empty
+
+  /// See world/archive/archive.hpp.
+  template <typename In>
+  void require_valid(In& in) const {
+    in.index_or_none(In::kRobot, robot);
+  }
 };
 
 inline constexpr std::size_t kMaxOpenFaults = 64;  ///< that wait or last

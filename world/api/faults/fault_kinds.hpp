@@ -6,8 +6,8 @@
 #include <span>
 #include <string_view>
 
-/// The kinds of faults that can be injected into the cell, as one table: what the daemon checks and
-/// carries out, and what gRPC, the command-line client and the documents tell of them. Pure.
+/// The kinds of faults that can be injected into the cell, as one table. The daemon checks requests
+/// against it; gRPC, the command-line client and the documents show it. Pure.
 namespace aprsim::faults {
 
 /// In the order of the table.
@@ -76,9 +76,11 @@ enum class Kind {
   kModbusStray,
   kModbusRefused,
 };
+/// For checks of states (world/archive).
+[[nodiscard]] constexpr Kind last_of(Kind) { return Kind::kModbusRefused; }
 inline constexpr std::size_t kKinds = static_cast<std::size_t>(Kind::kModbusRefused) + 1;
 
-/// What a fault happens to, and how that is written.
+/// The thing that a fault affects, and how it is written.
 enum class Target {
   kCell,      ///< everything; nothing is written
   kRobot,     ///< "ROBOT": its arm, gripper, camera or CRCL port
@@ -90,7 +92,7 @@ enum class Target {
   kPhotoEye,  ///< its name
 };
 
-/// A number that tells how bad a fault is. SI; a share is of 1.
+/// A parameter of a fault. SI; a share is of 1.
 struct Parameter {
   std::string_view name, unit;  ///< unit "1" = none
   double min = 0, max = 0, fallback = 0;
@@ -102,7 +104,7 @@ struct KindInfo {
   Kind kind = Kind::kRobotBreakdown;
   std::string_view name;
   Target target = Target::kCell;
-  /// Over as soon as it has begun: it has no duration, and what it did stays.
+  /// Ends as soon as it has begun: it has no duration, and its effect remains.
   bool momentary = false;
   std::string_view meaning;
   std::array<Parameter, kMaxParameters> parameters{};  ///< the first ones, as many as have a name
@@ -120,7 +122,7 @@ struct KindInfo {
 /// How a target is written, as a placeholder: "ROBOT:NUMBER".
 [[nodiscard]] std::string_view pattern_of(Target target);
 
-/// What a fault may wait for to cross a limit. Of a robot where that is said.
+/// A quantity that a fault may wait for to cross a limit; some are those of a robot.
 enum class Quantity {
   kJointPosition,  ///< of joint `index` of a robot [rad]
   kToolHeight,     ///< of a robot's tool above the world's zero [m]
@@ -130,6 +132,8 @@ enum class Quantity {
   kBeltTravel,     ///< [m]
   kBeltSpeed,      ///< signed [m/s]
 };
+/// For checks of states (world/archive).
+[[nodiscard]] constexpr Quantity last_of(Quantity) { return Quantity::kBeltSpeed; }
 struct QuantityInfo {
   Quantity quantity = Quantity::kJointPosition;
   std::string_view name, unit;

@@ -15,10 +15,10 @@ std::string number_text(double value) {
 std::string markdown() {
   std::string out =
       "# Injected faults\n\n"
-      "What `aprsim fault kinds --markdown` prints. `aprsim fault inject KIND [TARGET]` injects "
-      "one, over gRPC `InjectFault` does; numbers are SI. A momentary one is over at once, and "
-      "what "
-      "it did stays; the others last as long as they are told to, or until they are ended.\n\n"
+      "`aprsim fault kinds --markdown` prints this table. `aprsim fault inject KIND [TARGET]` "
+      "injects a fault, over gRPC `InjectFault` does. Numbers are SI. A momentary fault ends at "
+      "once, and its effect remains. Every other one lasts for its duration, or until it is "
+      "ended.\n\n"
       "| kind | target | parameters (default, range) | what happens |\n|---|---|---|---|\n";
   for (const KindInfo& kind : all_kinds()) {
     out += "| `" + std::string(kind.name) + "` | " + std::string(pattern_of(kind.target)) + " | ";

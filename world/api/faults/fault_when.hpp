@@ -7,7 +7,7 @@
 
 namespace aprsim::faults {
 
-/// What a fault waits for, as people write it; see aprsim.v1.InjectFaultRequest.
+/// Triggers of faults as people write them; see aprsim.v1.InjectFaultRequest.
 struct WhenPlaced {
   std::string type, robot;  ///< robot empty = any
 };

@@ -13,7 +13,7 @@
 #include "world/base/result.hpp"
 #include "world/base/time.hpp"
 
-/// The past of a run, as far as it is kept: whoever looks at it never slows down the cell.
+/// The recorded past of a run. Queries never slow down the cell.
 namespace aprsim::api {
 
 /// A moment of a run: after a step, before what was commanded then.
@@ -23,7 +23,7 @@ struct Moment {
   auto operator<=>(const Moment&) const = default;
 };
 
-/// What is kept of one epoch, without a gap.
+/// The recorded steps of one epoch, without a gap.
 struct HistorySpan {
   std::uint64_t epoch = 0;
   std::uint64_t first_step = 0, last_step = 0;
@@ -32,9 +32,9 @@ struct HistorySpan {
   std::optional<std::string> loaded_state;  ///< name of the state that the epoch began with
 };
 
-/// What makes a moment worth finding again.
+/// The reason for a bookmark.
 enum class BookmarkKind : std::uint8_t {
-  kOwn,             ///< somebody has set it
+  kOwn,             ///< set by a client
   kCommand,         ///< a robot, the belt, an intruder or a fault was commanded
   kRefusal,         ///< a command was refused, or ended in an error
   kGrasp,           ///< a robot holds something from then on
@@ -57,7 +57,7 @@ inline constexpr std::size_t kMaxOwnBookmarks = 200;
 
 /// How the cell was.
 struct PastMoment {
-  SnapshotPtr snapshot;  ///< as it was published then; what is the simulation's own is left out
+  SnapshotPtr snapshot;  ///< as published then, without fields of the simulation itself
   StatePtr state;        ///< to go on from
 };
 

@@ -3,7 +3,7 @@
 #include "world/api/ports/history.hpp"
 #include "world/base/fields.hpp"
 
-/// The fields of what is kept of the past; see world/base/fields.hpp.
+/// The fields of the history; see world/base/fields.hpp.
 namespace aprsim::api {
 
 APRSIM_FIELDS(Moment, FIELD(epoch), FIELD(step))

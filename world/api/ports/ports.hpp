@@ -36,8 +36,8 @@ class SnapshotSource {
       std::chrono::steady_clock::time_point deadline) const {
     return wait_newer(seen, deadline);
   }
-  /// What keeps the simulation from running as it is told to, in a sentence; empty = nothing: a
-  /// fault of the world, a thread that makes no turn, a pace far below the one wanted. Thread: any.
+  /// The reason why the simulation does not run as requested, in a sentence; empty = it does. Such
+  /// as a fault of the world, a blocked thread, or a pace far below the requested one. Thread: any.
   [[nodiscard]] virtual std::string problem() const = 0;
 };
 

@@ -11,11 +11,11 @@
 
 #include "world/api/snapshot/snapshot.hpp"
 
-/// Every snapshot in its order, for those who must not miss one.
+/// Every snapshot in its order, for readers that must not miss one.
 namespace aprsim::api {
 
-/// What has been published since it was last asked, up to a bound. The publisher never waits for
-/// longer than it takes to copy a pointer.
+/// Collects the snapshots that are published between two queries, up to a bound. The publisher
+/// never waits for longer than it takes to copy a pointer.
 class SnapshotFollower {
  public:
   explicit SnapshotFollower(std::size_t capacity) : capacity_(capacity) {}
@@ -60,7 +60,7 @@ class SnapshotFeed {
   [[nodiscard]] virtual std::shared_ptr<SnapshotFollower> follow(std::size_t capacity) = 0;
 };
 
-/// The followers of a publisher; without any, publishing to them costs a look at a flag.
+/// The followers of a publisher; without any, publishing costs one test of a flag.
 class SnapshotFollowers final : public SnapshotFeed {
  public:
   [[nodiscard]] std::shared_ptr<SnapshotFollower> follow(std::size_t capacity) override {

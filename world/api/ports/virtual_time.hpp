@@ -9,13 +9,13 @@
 #include "world/base/time.hpp"
 
 /// Virtual time: simulated time that passes only as clients request it. A member waits at an
-/// instant until its request is met. Time goes to the least of all requests, and stops there until
-/// every member has made its next request.
+/// instant until its request is met. Time advances to the smallest request, and stops there
+/// until every member has made its next request.
 namespace aprsim::api {
 
 enum class PacerKind {
-  kFeed,     ///< a listener that hands on every camera frame before time goes on
-  kProgram,  ///< an uploaded program: a listener's own, which nobody waits for but itself
+  kFeed,     ///< a listener that forwards every camera frame before time goes on
+  kProgram,  ///< an uploaded program: a member of its listener
   kClient,   ///< a connection whose requests are the clock
 };
 
@@ -25,7 +25,7 @@ struct PacerRole {
   std::string name;  ///< "crcl.fanuc", "modbus", "vision.fanuc"
   PacerKind kind = PacerKind::kClient;
   EndpointId endpoint = 0;  ///< of its commands
-  int robot = -1;           ///< whose frames a feed hands on
+  int robot = -1;           ///< whose frames a feed forwards
 };
 
 /// The listeners' side of virtual time. Thread: any.
@@ -49,10 +49,10 @@ class VirtualTime {
   /// The client has finished sending. Its request still holds, but no other client is given up for
   /// its sake.
   virtual void finish(PacerId pacer) = 0;
-  /// `reached` is not called any more once this has returned. An unknown pacer: nothing.
+  /// Once this has returned, `reached` is not called. No effect for an unknown pacer.
   virtual void leave(PacerId pacer) = 0;
-  /// Like leave(), for a client that its listener does not let in again for now: time does not wait
-  /// for its return. It counts as given up.
+  /// Like leave(), for a client whose listener refuses it for now: time does not wait for its
+  /// return. It counts as given up.
   virtual void exclude(PacerId pacer) = 0;
 };
 

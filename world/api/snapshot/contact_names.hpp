@@ -6,12 +6,12 @@
 
 #include "world/api/snapshot/snapshot.hpp"
 
-/// What the sides of a contact are called. Names are unique within a category only: a tray, a robot
+/// Names of the sides of a contact. They are unique within a category only: a tray, a robot
 /// and something fixed may share one.
 namespace aprsim::api {
 
-/// Of a robot's part as ContactSide counts them: "palm", "finger_1", "finger_2" or its link's name;
-/// empty when not told.
+/// Name of a robot's part as ContactSide counts them: "palm", "finger_1", "finger_2" or its link's
+/// name; empty when the part is not known.
 [[nodiscard]] inline std::string part_name(const RobotDescription& robot, int part) {
   if (part < 0) return "";
   if (part == 0) return "palm";

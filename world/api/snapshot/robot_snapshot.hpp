@@ -36,12 +36,14 @@ struct GripperSnapshot {
 };
 
 enum class ActionState { kNone, kWorking, kDone, kError };
+/// For checks of states (world/archive).
+[[nodiscard]] constexpr ActionState last_of(ActionState) { return ActionState::kError; }
 /// Progress of the latest command that a robot took.
 struct ActionStatus {
   Ticket ticket = 0;
   ActionState state = ActionState::kNone;
-  /// When kError: joint or axis, value, limit, unit, and what to do. When kDone: what there is to
-  /// tell, mostly nothing.
+  /// When kError: joint or axis, value, limit, unit, and what to do. When kDone: a remark,
+  /// mostly empty.
   std::string description;
   ActionKind kind = ActionKind::kNone;
 };
@@ -64,11 +66,11 @@ struct RobotSnapshot {
   int tool = -1;                 ///< on the flange: index into tools, -1 = none
   ActionStatus action;
   std::optional<Pose> X_RG;      ///< where the running motion is to take the tool
-  bool initialized = false;      ///< InitRobot taken since start, EndRobot or a held error
+  bool initialized = false;      ///< InitRobot taken since start or a held error
   bool protective_stop = false;  ///< tripped; held until InitRobot
   bool moving = false;
   bool drives_on = true;  ///< false: the brakes hold, since a stop; motion switches them on again
-  bool light_curtain_broken = false;  ///< what the robot's input from the cell's curtain shows
+  bool light_curtain_broken = false;  ///< the robot's input from the cell's curtain
   Posture posture;
   GuardsSnapshot guards;
   VisionFrame vision;  ///< the latest that its camera gave out

@@ -33,7 +33,7 @@ namespace detail {
 }
 }  // namespace detail
 
-/// What `signal` reads in that picture of a robot, SI. An index that does not exist reads 0.
+/// The value of `signal` in this snapshot of a robot, SI. An index that does not exist reads 0.
 [[nodiscard]] inline double value_of(const Signal& signal, const RobotSnapshot& robot) {
   const double value = detail::measured(signal, robot);
   return signal.reversed ? -value : value;

@@ -18,12 +18,14 @@
 #include "world/base/result.hpp"
 #include "world/base/time.hpp"
 
-/// One immutable picture of the whole cell at a step boundary. Every listener answers from the
-/// latest one only, so all that one answer says belongs to one instant.
+/// One immutable snapshot of the whole cell at a step boundary. Every listener replies from the
+/// latest one only, so a reply belongs to one instant.
 namespace aprsim::api {
 
 /// Why the belt's drive has stopped and does not run; held until reset.
 enum class DriveFault { kNone, kEmergencyStop, kWatchdog, kLightCurtain };
+/// For checks of states (world/archive).
+[[nodiscard]] constexpr DriveFault last_of(DriveFault) { return DriveFault::kLightCurtain; }
 
 struct PhotoEyeSnapshot {
   bool broken = false;      ///< something is in the beam
@@ -43,7 +45,7 @@ struct ConveyorSnapshot {
   std::array<PhotoEyeSnapshot, kMaxPhotoEyes> photo_eyes;  ///< the first ones: the description's
 };
 
-/// What contact simplification has made of a body.
+/// The group that contact simplification has put a body into.
 enum class GroupKind {
   kNone,     ///< on its own
   kJoined,   ///< tied to others by virtual joints
@@ -58,8 +60,8 @@ struct BodySnapshot {
   bool resting = false;                               ///< at rest relative to what carries it
   GroupKind group_kind = GroupKind::kNone;
   int group = -1;  ///< bodies of one number are simplified together, -1 = none
-  /// Step in which it fell so far that nothing of the cell can catch it. From then on until a reset
-  /// it takes part in nothing and stays where it was lost; no sensor sees it.
+  /// Step in which it fell below everything that could catch it. Until a reset it stays there, out
+  /// of physics and sensors.
   std::optional<std::uint64_t> lost_step;
 };
 
@@ -82,6 +84,21 @@ struct ContactSide {
   static constexpr int kFirstLink = 3;
 
   bool operator==(const ContactSide&) const = default;
+
+  friend constexpr Kind last_of(Kind) { return Kind::kTool; }
+  /// See world/archive/archive.hpp.
+  template <typename In>
+  void require_valid(In& in) const {
+    const auto& robots = in.counts().robots;
+    const int count = kind == Kind::kBody    ? in.counts().parts
+                      : kind == Kind::kRobot ? static_cast<int>(robots.size())
+                      : kind == Kind::kFixed ? in.counts().fixed
+                                             : in.counts().tools;
+    in.require(index >= 0 && index < count, "a contact with an unknown thing");
+    const int parts =
+        kind == Kind::kRobot ? kFirstLink + robots[static_cast<std::size_t>(index)].links : 0;
+    in.require(part >= -1 && part < parts, "a contact with an unknown part of a robot");
+  }
 };
 
 inline constexpr std::size_t kMaxContacts = 256;
@@ -92,31 +109,31 @@ struct ContactSnapshot {
   Eigen::Vector3d f_W = Eigen::Vector3d::Zero();  ///< on the first [N]
 };
 
-inline constexpr std::size_t kMaxRobotTouches = 64;
-/// A robot's contact with what is no work for it: anything but gears at its gripper. Contacts of a
-/// pair that follow each other within 0.25 s are one.
-struct RobotTouch {
+inline constexpr std::size_t kMaxUnintendedContacts = 64;
+/// An unintended contact of a robot: with anything but gears at its gripper. Contacts of a pair
+/// within 0.25 s count as one.
+struct UnintendedContact {
   ContactSide first, second;  ///< the first is the robot
   std::uint64_t begin_step = 0, last_step = 0;
-  double greatest_n = 0;  ///< of the sums of all points' forces in a step
+  double max_force_n = 0;  ///< of the sums of all points' forces in a step
 
-  [[nodiscard]] bool same_pair(const RobotTouch& other) const {
+  [[nodiscard]] bool same_pair(const UnintendedContact& other) const {
     return first == other.first && second == other.second;
   }
 };
-/// The latest kMaxRobotTouches since reset, by their begin.
-using RobotTouchesPtr = std::shared_ptr<const std::vector<RobotTouch>>;
+/// The latest kMaxUnintendedContacts since reset, by their begin.
+using UnintendedContactsPtr = std::shared_ptr<const std::vector<UnintendedContact>>;
 
-/// How often the solver of contacts did less than it should, since reset. The cell goes on.
+/// Failures of the contact solver since reset. The cell continues.
 struct SolverFailures {
-  /// Groups of touching bodies whose step was given up short of the solution, counted by step.
+  /// Steps of groups of touching bodies that did not converge.
   std::uint64_t not_converged = 0;
-  double worst_m_s = 0;  ///< the farthest that one of these was off, in velocity
+  double max_residual_m_s = 0;  ///< the largest residual among them
 
   bool operator==(const SolverFailures&) const = default;
 };
 
-/// What the solver of contacts did in a step, all zero where nothing moved that touches anything.
+/// Work of the contact solver in a step; zero if nothing moved that touches anything.
 struct SolverStep {
   std::uint32_t iterations = 0;  ///< the most that a group of touching bodies took
   double residual_m_s = 0;       ///< the farthest that one was left off the laws of contact
@@ -136,7 +153,7 @@ struct RunEnd {
   enum class Why {
     kMet,          ///< its condition holds
     kSteps,        ///< all its steps have been taken
-    kInterrupted,  ///< as the text tells
+    kInterrupted,  ///< for the reason in the text
   };
   Ticket run = 0;
   Why why = Why::kMet;
@@ -149,7 +166,7 @@ inline constexpr std::size_t kMaxRunEnds = 16;
 /// A state of the world that is kept under a name.
 struct SavedState {
   std::string name;
-  std::uint64_t bytes = 0;  ///< of memory, with what it shares with others
+  std::uint64_t bytes = 0;  ///< of memory, with shared parts
   std::uint64_t step = 0;
   SimTime time{};
   StatePtr state = {};
@@ -157,7 +174,7 @@ struct SavedState {
 /// All of them, in alphabetical order.
 struct SavedStates {
   std::vector<SavedState> states;
-  std::uint64_t bytes = 0;      ///< of all together: what they share counts once
+  std::uint64_t bytes = 0;      ///< of all together: shared parts count once
   std::uint64_t max_bytes = 0;  ///< they may have
 };
 
@@ -168,8 +185,8 @@ struct Snapshot {
   std::uint64_t step = 0;                           ///< since reset
   SimTime time{};
   Ticket applied = 0;  ///< every command up to this ticket has taken effect
-  /// The latest kMaxFailures commands that failed between two steps, by ticket; null = none. What
-  /// robots refuse shows in RobotSnapshot::action instead.
+  /// The latest kMaxFailures commands that failed between two steps, by ticket; null = none.
+  /// Refusals of robots are in RobotSnapshot::action.
   std::shared_ptr<const std::vector<CommandFailure>> failures;
   bool paused = false;
   std::optional<double> speed_target;  ///< nullopt = as fast as possible
@@ -196,10 +213,10 @@ struct Snapshot {
   /// those among themselves that they had when they came to rest, as nothing has changed at them
   /// since.
   std::vector<ContactSnapshot> contacts;
-  RobotTouchesPtr robot_touches;     ///< null = none
-  int virtual_joint_count = 0;       ///< contact simplification at work
-  double max_penetration_m = 0;      ///< deepest contact in this step
-  std::uint64_t physics_faults = 0;  ///< penetrations over 0.5 mm since reset
+  UnintendedContactsPtr unintended_contacts;  ///< null = none
+  int virtual_joint_count = 0;                ///< contact simplification at work
+  double max_penetration_m = 0;               ///< deepest contact in this step
+  std::uint64_t physics_faults = 0;           ///< penetrations over 0.5 mm since reset
   SolverFailures solver_failures;
   SolverStep solver_step;         ///< the latest
   std::string world_fault;        ///< not empty: stopped; names bodies, step and cause

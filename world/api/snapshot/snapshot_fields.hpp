@@ -42,10 +42,10 @@ APRSIM_FIELDS(ToolSnapshot, FIELD_AS(X_WT, tool_in_world), FIELD(robot), FIELD(s
 APRSIM_FIELDS(ContactSide, BY_HAND(kind), BY_HAND(index), BY_HAND(part))
 APRSIM_FIELDS(ContactSnapshot, BY_HAND(first), BY_HAND(second), FIELD_AS(p_W, point_m),
               FIELD_AS(f_W, force_n))
-APRSIM_FIELDS(RobotTouch, BY_HAND(first), BY_HAND(second), FIELD(begin_step), FIELD(last_step),
-              FIELD(greatest_n))
+APRSIM_FIELDS(UnintendedContact, BY_HAND(first), BY_HAND(second), FIELD(begin_step),
+              FIELD(last_step), FIELD(max_force_n))
 
-APRSIM_FIELDS(SolverFailures, FIELD(not_converged), FIELD(worst_m_s))
+APRSIM_FIELDS(SolverFailures, FIELD(not_converged), FIELD(max_residual_m_s))
 APRSIM_FIELDS(SolverStep, FIELD(iterations), FIELD(residual_m_s))
 
 APRSIM_FIELDS(VirtualTimeState, FIELD(paced), FIELD(pacers), FIELD(awaited), FIELD(expired),
@@ -57,7 +57,7 @@ APRSIM_FIELDS(Snapshot, BY_HAND(cell), FIELD(epoch), NOWHERE(loaded_state), FIEL
               FIELD(missed_steps), BY_HAND(step_time_s), FIELD(plan_waits), NOWHERE(saved_states),
               NOWHERE(runs), BY_HAND(robots), BY_HAND(conveyor), BY_HAND(light_curtain),
               FIELD(intruder), BY_HAND(faults), BY_HAND(bodies), BY_HAND(tools),
-              FIELD(contact_count), BY_HAND(contacts), BY_HAND(robot_touches),
+              FIELD(contact_count), BY_HAND(contacts), BY_HAND(unintended_contacts),
               FIELD(virtual_joint_count), FIELD(max_penetration_m), FIELD(physics_faults),
               FIELD(solver_failures), FIELD(solver_step), FIELD(world_fault), FIELD(world_stops),
               FIELD(last_event))

@@ -5,14 +5,14 @@
 
 namespace aprsim::api {
 
-/// What the contact solver has done since the world was built.
+/// Work of the contact solver since the world was built.
 struct SolverWork {
   std::uint64_t solved = 0;      ///< groups of touching bodies, each in each step
   std::uint64_t iterations = 0;  ///< of all these
 };
 
-/// The latest, for other threads: one sets, any reads, neither waits. What is read while it is set
-/// may be of two steps.
+/// The latest, for other threads: one sets, any reads, neither waits. A reader may get
+/// values of two successive steps.
 class SolverWorkSlot {
  public:
   void set(const SolverWork& work) {

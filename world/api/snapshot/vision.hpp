@@ -15,9 +15,15 @@ struct VisionDetection {
   double score = 0;         ///< share of the object's top that the camera sees, 0..1
 
   bool operator==(const VisionDetection&) const = default;
+
+  /// See world/archive/archive.hpp.
+  template <typename In>
+  void require_valid(In& in) const {
+    in.index_or_none(In::kPart, body);
+  }
 };
 
-/// What one camera saw at one instant. Empty when it saw nothing.
+/// The detections of one camera at one instant.
 struct VisionFrame {
   std::uint64_t number = 0;  ///< counts from 1 since reset
   SimTime time{};            ///< of exposure; the frame comes out a latency later

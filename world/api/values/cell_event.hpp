@@ -11,54 +11,54 @@
 
 #include "world/base/time.hpp"
 
-/// What happens in the cell, told once, in its order, without loss: made by the simulation at every
-/// step, whoever looks.
+/// Events of the cell. The simulation reports each one once, in order and without loss, whether or
+/// not anybody reads them.
 namespace aprsim::api {
 
 /// In the order of aprsim.v1.CellEventKind, without its zero.
 enum class CellEventKind {
   kGrasped,         ///< a robot holds a body
-  kReleased,        ///< it holds it no more; the text tells of a gripper that was not told to open
+  kReleased,        ///< it released it; the text says if the gripper was not commanded to open
   kLost,            ///< a body or tool has fallen out of the cell, or was taken out
   kContactBegun,    ///< two things touch; the text names the parts of robots
   kContactEnded,    ///< they have not touched for kApartSteps
-  kMerged,          ///< contact simplification ties things to others, as the text says
-  kWoken,           ///< and no longer does
+  kMerged,          ///< contact simplification ties things to others; see the text
+  kWoken,           ///< contact simplification has separated them again
   kProtectiveStop,  ///< of a robot, with the reason
   kFaultBegun,      ///< an injected one
   kFaultEnded,
   kWorldStopped,     ///< the simulation has stopped on a fault of its own
-  kReported,         ///< somebody has reported an event: the name
+  kReported,         ///< a client has reported an event: the name
   kCommandBegun,     ///< a robot has taken a command
   kCommandDone,      ///< has carried it out
   kCommandFailed,    ///< has refused it or given it up
   kDriveTripped,     ///< the belt's
   kCommandReplaced,  ///< a newer command came before it was done
-  kReset,            ///< the cell has begun anew, or goes on from the saved state named
-  kEdited,           ///< the scene has been changed, as the text tells
+  kReset,            ///< the cell was reset, or continues from the named saved state
+  kEdited,           ///< the scene was changed; see the text
   kRefused,          ///< a listener has refused something; in journals and replays alone
 };
 inline constexpr int kCellEventKinds = static_cast<int>(CellEventKind::kRefused) + 1;
 
-/// Steps without a contact after which it has ended: what rattles does not tell of every blow.
+/// A contact ends after so many steps without one, so that rattling is one contact.
 inline constexpr std::uint64_t kApartSteps = 100;
-/// Names of an event at the most; the text tells of more.
+/// Largest number of names in an event; the text mentions further ones.
 inline constexpr std::size_t kMaxEventNames = 64;
 
 struct CellEvent {
   std::uint64_t sequence = 0;  ///< from 1 since the daemon started, without gaps
-  std::uint64_t epoch = 0;     ///< resets and loads of saved states so far
+  std::uint64_t epoch = 0;     ///< number of resets and loads of saved states
   std::uint64_t step = 0;      ///< since reset: after which it was so
   SimTime time{};              ///< of that step
   CellEventKind kind = CellEventKind::kReset;
-  std::vector<std::string> names;  ///< of what takes part, the acting thing first
-  std::string text;                ///< what there is to tell besides
+  std::vector<std::string> names;  ///< of the things involved, the acting one first
+  std::string text;                ///< further details
   int robot = -1;                  ///< that it is about: index into CellDescription::robots
   std::uint64_t number = 0;        ///< ticket of the command, id of the fault; 0 = none
 };
 using CellEventPtr = std::shared_ptr<const CellEvent>;
 
-/// Of one of these kinds, and one of these things takes part; empty = any.
+/// Whether the event has one of the kinds and one of the names; empty = any.
 [[nodiscard]] inline bool is_wanted(const CellEvent& event, std::span<const CellEventKind> kinds,
                                     std::span<const std::string> names) {
   if (!kinds.empty() && std::ranges::find(kinds, event.kind) == kinds.end()) return false;
@@ -67,7 +67,7 @@ using CellEventPtr = std::shared_ptr<const CellEvent>;
          });
 }
 
-/// The latest events that are kept for those who come later.
+/// The log of the latest events.
 inline constexpr std::size_t kKeptEvents = 16'384;
 
 /// The events of a cell as they are kept.
@@ -79,14 +79,16 @@ class EventSource {
     std::uint64_t latest = 0;          ///< 0 = none yet
   };
   virtual ~EventSource() = default;
-  /// Those after number `after`, at most `most` of them and at most 256. Who asks for what is not
-  /// kept any more gets those from `oldest` on. Thread: any, never blocks for longer than it takes
+  /// The events after number `after`, at most `most` of them and at most 256. If some of them have
+  /// left the log, those from `oldest` on. Thread: any, never blocks for longer than it takes
   /// to copy pointers.
   [[nodiscard]] virtual Batch after(std::uint64_t after, std::size_t most) const = 0;
-  /// Until there is one after number `after`, or the deadline. Thread: any but the simulation's and
+  /// Waits for an event after number `after`, or the deadline. Thread: any but the simulation's and
   /// a listener's I/O thread.
   virtual void wait_after(std::uint64_t after,
                           std::chrono::steady_clock::time_point deadline) const = 0;
+  /// Bytes of memory that the kept events take. Thread: any.
+  [[nodiscard]] virtual std::size_t memory() const = 0;
 };
 
 }  // namespace aprsim::api

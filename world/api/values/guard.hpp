@@ -12,7 +12,7 @@
 /// Conditions on a robot's own sensors that end one of its commands.
 namespace aprsim::api {
 
-/// What a sensor of a robot measures; `index` as said at each.
+/// A measurement of a robot; each names its `index`.
 enum class SignalKind {
   kForceR,        ///< contact force on the tool and what it holds, axis 0..2 of R [N]
   kTorqueR,       ///< of these forces about the tool point, axis 0..2 of R [Nm]
@@ -24,6 +24,8 @@ enum class SignalKind {
   kPartPresent,   ///< 1 while the gripper holds something, else 0
   kLightCurtain,  ///< 1 while the cell's light curtain is broken, else 0
 };
+/// For checks of states (world/archive).
+[[nodiscard]] constexpr SignalKind last_of(SignalKind) { return SignalKind::kLightCurtain; }
 struct Signal {
   SignalKind kind = SignalKind::kForceR;
   int index = 0;
@@ -36,6 +38,8 @@ enum class GuardLimit {
   kIncreased,  ///< the value is above that at the command's start by more than the limit
   kDecreased,  ///< the value is below that at the command's start by more than the limit
 };
+/// For checks of states (world/archive).
+[[nodiscard]] constexpr GuardLimit last_of(GuardLimit) { return GuardLimit::kDecreased; }
 
 inline constexpr std::size_t kMaxGuards = 8;
 inline constexpr SimTime kGuardRecheck = std::chrono::milliseconds(10);

@@ -9,7 +9,7 @@ namespace aprsim::api {
 
 inline constexpr std::size_t kMaxCurtainBeams = 64;
 
-/// What a broken light curtain stops.
+/// The machines that a broken light curtain stops.
 enum class CurtainReaction {
   kNone,            ///< nothing: it only reports
   kBeltStop,        ///< the belt, by its emergency ramp; held as DriveFault::kLightCurtain
@@ -34,8 +34,8 @@ struct LightCurtainSnapshot {
   std::array<double, kMaxCurtainBeams> distance_m{};
 };
 
-/// A person or object that a tool puts into the cell, as a box. The sensors see it: it breaks beams
-/// of the light curtain and hides things from the cameras. Nothing ever touches it.
+/// A person or object that a client adds to the cell, as a box. The sensors detect it: it breaks
+/// beams of the light curtain and hides things from the cameras. Nothing ever touches it.
 struct Intruder {
   Pose X_WI;  ///< of the box's centre
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();

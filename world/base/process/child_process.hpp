@@ -11,8 +11,8 @@
 namespace aprsim::process {
 
 /// A program that we start and end, in a process group of its own, so that Ctrl-C reaches it
-/// through us. It has none of our files and is told to end when the thread that started it ends.
-/// Thread: one.
+/// through us. It inherits no open files and receives a signal to end when the thread that started
+/// it ends. Thread: one.
 class ChildProcess {
  public:
   static constexpr std::size_t kLongestLine = std::size_t{1} << 20;  ///< [bytes]

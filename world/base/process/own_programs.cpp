@@ -31,4 +31,8 @@ std::string web_directory() {
   return (own_directory().parent_path() / "share" / "aprsim" / "web").string();
 }
 
+std::string documents_directory() {
+  return (own_directory().parent_path() / "share" / "aprsim" / "docs").string();
+}
+
 }  // namespace aprsim::process

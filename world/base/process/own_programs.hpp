@@ -12,5 +12,8 @@ namespace aprsim::process {
 /// Where the web page's files are: ../share/aprsim/web of the running binary, in a build tree as in
 /// an installation.
 [[nodiscard]] std::string web_directory();
+/// Directory of the documents' site: ../share/aprsim/docs of the running binary. docs/build makes
+/// it.
+[[nodiscard]] std::string documents_directory();
 
 }  // namespace aprsim::process

@@ -11,8 +11,6 @@ using detail::Value;
 
 namespace {
 
-constexpr std::uintmax_t kMaxFileSize = 1u << 20;
-
 /// The value at the next key of a path, made when there is none.
 Value& child(Value& parent, const std::string& key, const detail::Mark& mark) {
   if (detail::Entry* entry = parent.find(key)) return entry->value;
@@ -36,10 +34,10 @@ Result<std::string> read_text(const std::string& path) {
     return fail(ErrorCode::kNotFound, "", path + ": found no such file, expected a YAML file");
   }
   const std::uintmax_t size = std::filesystem::file_size(path, status);
-  if (!status && size > kMaxFileSize) {
+  if (!status && size > kMaxBytes) {
     return fail(ErrorCode::kInvalidArgument, "",
                 path + ": found " + std::to_string(size) + " bytes, expected at most " +
-                    std::to_string(kMaxFileSize));
+                    std::to_string(kMaxBytes));
   }
   std::ifstream in(path, std::ios::binary);
   std::ostringstream text;
@@ -72,6 +70,13 @@ Result<void> Document::set(std::string_view path, const std::string& text,
                            const std::string& source) {
   auto parsed = detail::parse(text, source);
   if (!parsed) return tl::unexpected(std::move(parsed.error()));
+  // An IPv6 address such as "::" or "fe80::" ends as a key without a value does.
+  if (text.ends_with(':') && parsed->kind == Value::Kind::kMap && parsed->entries.size() == 1 &&
+      parsed->entries.front().value.kind == Value::Kind::kNull) {
+    parsed->kind = Value::Kind::kScalar;
+    parsed->scalar = text;
+    parsed->entries.clear();
+  }
   Value* value = &context_->root;
   std::istringstream keys{std::string(path)};
   std::string walked;

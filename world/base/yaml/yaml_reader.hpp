@@ -123,7 +123,10 @@ class Map {
   std::vector<std::string> known_;
 };
 
-/// The text of a file. Errors: no such file, unreadable, larger than 1 MiB.
+/// Largest file.
+inline constexpr std::size_t kMaxBytes = std::size_t{1} << 20;
+
+/// Reads the text of a file. Errors: no such file, unreadable, larger than kMaxBytes.
 [[nodiscard]] Result<std::string> read_text(const std::string& path);
 
 /// One parsed file.

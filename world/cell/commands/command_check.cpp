@@ -250,7 +250,7 @@ Result<void> check_body(api::FaultCommand& command, const CellNames& cell) {
   return report ? check_event(report->event) : Result<void>{};
 }
 
-/// Where a body may be put.
+/// Checks the pose of a body.
 Result<void> check_place(const Pose& X_WB) {
   for (int i = 0; i < 3; ++i) {
     if (!(std::abs(X_WB.p[i]) <= kFar)) {

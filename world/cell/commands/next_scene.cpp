@@ -59,8 +59,9 @@ Result<std::shared_ptr<const api::NextScene>> read_next_scene(const api::Reset& 
   }
   // Relative files of a text are those beside the scene that the daemon was started with.
   const std::string file = (fs::path(present.file).parent_path() / "sent.yaml").string();
-  auto scene = reset.scene_name.empty() ? scene::read_scene(reset.scene_text, file, paths)
-                                        : scene::load_scene(reset.scene_name, paths);
+  auto scene = reset.scene_name.empty()
+                   ? scene::read_sent(reset.scene_text, file, paths, scene::files_of(present))
+                   : scene::load_scene(reset.scene_name, paths);
   if (!scene) return tl::unexpected(std::move(scene.error()));
   if (auto ok = same_robots(*scene, present); !ok) return tl::unexpected(ok.error());
   if (scene->physics.step_s != present.physics.step_s) {

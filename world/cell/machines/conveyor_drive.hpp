@@ -18,20 +18,20 @@ struct ConveyorDriveLimits {
 /// The belt's drive: inputs (run, direction, speed, emergency stop, reset), and one signed speed
 /// that follows them on ramps. A change of direction brakes to zero first.
 ///
-/// A fault clears `run` and keeps it clear until it is reset; after that the drive wants to be told
-/// to run anew. Emergency stop: brakes on its own ramp; can be reset once the input is released.
+/// A fault clears `run` and keeps it clear until it is reset; after that the drive waits for a new
+/// run command. Emergency stop: brakes on its own ramp; can be reset once the input is released.
 /// Light curtain: as an emergency stop; can be reset once the curtain is clear. Watchdog: an
 /// ordinary stop; can be reset at once.
 ///
 /// Motor current: I = |F| / 40 N/A with F = (m_belt + load) (a + mu g sign(v)), m_belt = 3 kg of
-/// moving belt, mu = 0.3 between belt and slider bed. A model of ours; no data sheet stands behind
-/// its figures. Thread: sim.
+/// moving belt, mu = 0.3 between belt and slider bed. The figures are estimates, not from
+/// a data sheet. Thread: sim.
 class ConveyorDrive {
  public:
   explicit ConveyorDrive(const ConveyorDriveLimits& limits);
 
   void apply(const api::ConveyorCommand& command);
-  /// What lies on the belt, from now on [kg].
+  /// Sets the mass on the belt [kg].
   void set_load(double load_kg) { state_.load_kg = load_kg; }
   /// Whether the light curtain is broken, from now on; for a drive that is to stop then.
   void set_light_curtain(bool broken);
@@ -40,9 +40,9 @@ class ConveyorDrive {
   /// Advances by `step_s` and returns the speed of the belt's surface at its end [m/s].
   double step(double step_s);
 
-  /// All but the photo-eyes, which the drive knows nothing of.
+  /// State of the belt without the photo-eyes.
   [[nodiscard]] const api::ConveyorSnapshot& state() const { return state_; }
-  /// The same as the drive reports it: a frozen encoder reads what it did.
+  /// The same as the drive reports it: a frozen encoder repeats its reading.
   [[nodiscard]] api::ConveyorSnapshot readings() const;
 
   static constexpr bool kAsMany = true;  ///< as the scene has
@@ -56,7 +56,7 @@ class ConveyorDrive {
 
  private:
   void trip(api::DriveFault fault);
-  /// The fault whose cause is there now.
+  /// The fault whose cause is present.
   [[nodiscard]] api::DriveFault present_fault() const;
   void watch(double step_s);
   [[nodiscard]] double target() const;

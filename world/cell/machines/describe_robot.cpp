@@ -50,6 +50,7 @@ api::RobotDescription describe_robot(const scene::Robot& robot, const robot::Arm
   out.X_FT = robot.X_FT;
   out.tool_point_F = robot.tool_point_F;
   out.wire_joints = robot.crcl_joints;
+  out.clamps_targets = robot.clamps_targets;
   out.X_FQ = scene::coupling_of(robot);
   out.gripper = describe_gripper(robot.gripper);
   out.gripper.names = robot.gripper_names;

@@ -55,11 +55,11 @@ void SimulatedRobot::apply(api::Ticket ticket, const api::RobotCommand& command)
   } else {
     controller_.apply(ticket, action, arm_.q());
   }
-  // The guards of a motion that goes on, unless the command beside it has its own.
+  // A command beside a motion replaces its guards only if it has guards of its own.
   if (!command.guards.empty()) {
     state_.guards.begin(ticket, command.guards);
   } else if (!api::leaves_motion(action)) {
-    state_.guards.forget();
+    state_.guards.reset();
   }
 }
 
@@ -138,9 +138,9 @@ void SimulatedRobot::update_link_poses() {
 void SimulatedRobot::stop_if_collided(const physics::GripperState& gripper,
                                       std::span<const physics::ArmForce> forces,
                                       const api::CellDescription& cell) {
-  if (controller_.retreating()) return arm_.forget_trip();  // still in contact
+  if (controller_.retreating()) return arm_.clear_trip();  // still in contact
   // Out of order and held by its brakes, it does not back off.
-  if (!state_.faults.out_of_order.empty() && controller_.braked()) return arm_.forget_trip();
+  if (!state_.faults.out_of_order.empty() && controller_.braked()) return arm_.clear_trip();
   // A robot that still brakes for the light curtain may yet collide.
   if (controller_.stopped_by_protection() && !controller_.moving()) return;
   const std::string reason =

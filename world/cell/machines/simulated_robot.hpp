@@ -48,9 +48,9 @@ class SimulatedRobot {
   void step(const physics::GripperState& gripper, std::span<const physics::ArmForce> forces,
             const api::CellDescription& cell, std::span<const LooseTool> loose);
 
-  /// Protective stop because something is in the light curtain; nothing while one is held.
+  /// Protective stop by the light curtain; no effect while one is held.
   void stop_for_light_curtain();
-  /// Protective stop for no cause of the cell's; nothing while one is held.
+  /// Protective stop without a cause in the cell; no effect while one is held.
   void trip();
 
   // ---- the physics side, at the step's end
@@ -61,7 +61,7 @@ class SimulatedRobot {
   [[nodiscard]] const Eigen::Isometry3d& X_WM() const { return state_.mount.X_WM(); }
   /// On the flange: index among the scene's tools, -1 = none.
   [[nodiscard]] int tool() const { return state_.mount.tool(); }
-  /// The gripper goes there: as it is told, unless it is stuck.
+  /// Commanded setting of the gripper, or the one at which it is stuck.
   [[nodiscard]] double gripper_setting() const {
     return state_.faults.gripper_setting.value_or(controller_.gripper_setting());
   }
@@ -89,8 +89,8 @@ class SimulatedRobot {
   void write(const physics::GripperState& gripper, std::span<const physics::ArmForce> forces,
              api::RobotSnapshot& out) const;
 
-  /// All that changes while the robot runs: a copy of it, put back later, also into another cell of
-  /// the same scene, continues bit for bit.
+  /// The state of the robot: a copy that is restored later, also in another cell of the same scene,
+  /// continues bit for bit.
   struct State;
   [[nodiscard]] State save() const;
   void restore(const State& state);
@@ -144,7 +144,7 @@ struct SimulatedRobot::State {
   robot::ControllerState controller;
   Own own;
 
-  /// Memory besides what copies share, approximately.
+  /// Memory without shared parts, approximately.
   [[nodiscard]] std::size_t bytes() const {
     return sizeof *this - sizeof controller + controller.bytes();
   }
@@ -154,7 +154,13 @@ struct SimulatedRobot::State {
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
     auto& [arm, controller, own] = self;
+    io.begin_arm(arm.q.size());
     io(arm, controller, own);
+  }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.require(controller.changer.tool() == own.mount.tool(), "a tool that is not on its mount");
+    in.require(own.pressure > 0 && own.pressure <= 1, "a pressure beyond 0 to 1");
   }
 };
 

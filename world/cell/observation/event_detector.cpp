@@ -66,11 +66,11 @@ void EventDetector::begin(std::shared_ptr<const api::CellDescription> cell,
     contacts_version_ = pairs.version;
   }
   apart_ = std::move(apart);
-  ties_version_ = physics.ties_version();
-  ties_.clear();
+  grouping_version_ = physics.grouping_version();
+  groupings_.clear();
   lost_.clear();
   for (int id = 0; id < physics.body_count() + physics.tool_count(); ++id) {
-    ties_.push_back(physics.ties(id));
+    groupings_.push_back(physics.grouping(id));
     lost_.push_back(physics.lost(id));
   }
   found_.clear();
@@ -262,9 +262,9 @@ void EventDetector::report_ended_contacts(Now now) {
 // ---- contact simplification and lost bodies
 
 void EventDetector::detect_simplification(const physics::PhysicsWorld& physics, Now now) {
-  const std::uint64_t version = physics.ties_version();
-  if (version == ties_version_) return;
-  ties_version_ = version;
+  const std::uint64_t version = physics.grouping_version();
+  if (version == grouping_version_) return;
+  grouping_version_ = version;
   std::map<int, std::vector<std::string>> asleep, awake;  // by sleeping group
   const auto report = [&](EventKind kind, std::vector<std::string> names, const char* how) {
     std::string text = how;
@@ -274,29 +274,30 @@ void EventDetector::detect_simplification(const physics::PhysicsWorld& physics, 
     }
     add(now, {.kind = kind, .names = std::move(names), .text = std::move(text)});
   };
-  for (int id = 0; id < static_cast<int>(ties_.size()); ++id) {
+  for (int id = 0; id < static_cast<int>(groupings_.size()); ++id) {
     const auto i = static_cast<std::size_t>(id);
-    const physics::Ties ties = physics.ties(id), before = ties_[i];
+    const physics::BodyGrouping grouping = physics.grouping(id), before = groupings_[i];
     if (physics.lost(id) && !lost_[i]) {
       lost_[i] = true;
       add(now, {.kind = EventKind::kLost, .names = {name_of(id)}});
     }
-    if (ties == before) continue;
-    ties_[i] = ties;
-    if (ties.carrier != before.carrier) {
+    if (grouping == before) continue;
+    groupings_[i] = grouping;
+    if (grouping.carrier != before.carrier) {
       if (before.carrier >= 0)
         report(EventKind::kWoken, {name_of(id), name_of(before.carrier)}, "merged");
-      if (ties.carrier >= 0)
-        report(EventKind::kMerged, {name_of(id), name_of(ties.carrier)}, "merged");
+      if (grouping.carrier >= 0)
+        report(EventKind::kMerged, {name_of(id), name_of(grouping.carrier)}, "merged");
     }
-    if ((ties.joined >= 0) != (before.joined >= 0)) {
-      const int with = std::max(ties.joined, before.joined);
+    if ((grouping.joined >= 0) != (before.joined >= 0)) {
+      const int with = std::max(grouping.joined, before.joined);
       std::vector<std::string> names{name_of(id)};
       if (with != id) names.push_back(name_of(with));
-      report(ties.joined >= 0 ? EventKind::kMerged : EventKind::kWoken, std::move(names), "joined");
+      report(grouping.joined >= 0 ? EventKind::kMerged : EventKind::kWoken, std::move(names),
+             "joined");
     }
-    if ((ties.sleeping >= 0) == (before.sleeping >= 0)) continue;
-    auto& group = ties.sleeping >= 0 ? asleep[ties.sleeping] : awake[before.sleeping];
+    if ((grouping.sleeping >= 0) == (before.sleeping >= 0)) continue;
+    auto& group = grouping.sleeping >= 0 ? asleep[grouping.sleeping] : awake[before.sleeping];
     group.push_back(name_of(id));
   }
   for (auto& [lowest, names] : awake) report(EventKind::kWoken, std::move(names), "dormant");

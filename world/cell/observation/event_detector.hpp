@@ -54,7 +54,7 @@ class EventDetector {
   void add(Now now, api::CellEvent event);
   void report_fault(Now now, api::CellEventKind kind, const api::InjectedFault& fault);
 
-  /// Detected events in their order, without sequence and epoch; the caller takes them out.
+  /// Detected events in their order, without sequence and epoch; the caller removes them.
   [[nodiscard]] std::vector<api::CellEvent>& found() { return found_; }
 
  private:
@@ -80,11 +80,11 @@ class EventDetector {
   std::shared_ptr<const api::CellDescription> cell_;
   std::vector<Robot> robots_;
   api::DriveFault belt_fault_ = api::DriveFault::kNone;
-  bool contacts_known_ = false;  ///< else they are taken as they are
-  std::uint64_t contacts_version_ = 0, ties_version_ = 0;
-  std::vector<physics::ContactPair> touching_;  ///< by their keys
-  State apart_;                                 ///< by their keys; none of them touches
-  std::vector<physics::Ties> ties_;             ///< of bodies and tools
+  bool contacts_known_ = false;  ///< else the present ones become known without events
+  std::uint64_t contacts_version_ = 0, grouping_version_ = 0;
+  std::vector<physics::ContactPair> touching_;    ///< by their keys
+  State apart_;                                   ///< by their keys; none of them touches
+  std::vector<physics::BodyGrouping> groupings_;  ///< of bodies and tools
   std::vector<bool> lost_;
   std::vector<api::CellEvent> found_;
 };

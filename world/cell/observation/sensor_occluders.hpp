@@ -19,7 +19,7 @@ class SensorOccluders {
   /// `scene` and `models` must outlive this.
   SensorOccluders(const scene::Scene& scene, std::span<const robot::ArmModel> models);
 
-  /// Takes the present state. Does not allocate, unless there are many intruders.
+  /// Updates all from the present state. Does not allocate, unless there are many intruders.
   void gather(std::span<const SimulatedRobot> robots, const physics::PhysicsWorld& physics,
               std::span<const api::Intruder> intruders);
 

@@ -20,7 +20,7 @@ class UnintendedContacts {
   /// `bodies` are the cell's, by index.
   void add(std::uint64_t step, int robot, std::span<const physics::ArmForce> forces, bool has_tool,
            std::span<const scene::FreeBody> bodies);
-  [[nodiscard]] const api::RobotTouchesPtr& list() const { return list_; }
+  [[nodiscard]] const api::UnintendedContactsPtr& list() const { return list_; }
   /// Renumbers bodies: `new_of` has the new number of each old one.
   void renumber(std::span<const int> new_of);
 
@@ -30,9 +30,13 @@ class UnintendedContacts {
     auto& [list] = self;
     io(list);
   }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.require(!list_ || list_->size() <= api::kMaxUnintendedContacts, "more contacts than are kept");
+  }
 
  private:
-  api::RobotTouchesPtr list_;
+  api::UnintendedContactsPtr list_;
 };
 
 }  // namespace aprsim::world

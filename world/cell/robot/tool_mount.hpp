@@ -27,6 +27,10 @@ class ToolMount {
     auto& [X_WM, pull_steps, tool] = self;
     io(X_WM, pull_steps, tool);
   }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.index_or_none(In::kTool, tool_);
+  }
 
  private:
   Eigen::Isometry3d X_WM_;

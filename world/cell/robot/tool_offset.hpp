@@ -5,14 +5,14 @@
 
 namespace aprsim::world {
 
-/// Offset of a robot whose base or tool is not where its controller believes: the tool goes
-/// elsewhere than it is sent. R = the robot's frame.
+/// Calibration error of a robot's base or tool: the tool moves to other poses than commanded. R =
+/// the robot's frame.
 class ToolOffset {
  public:
   explicit ToolOffset(const RobotFaults& faults)
       : base_(faults.base_offset.isometry()), tool_(faults.tool_offset.isometry()) {}
 
-  /// The command whose poses are where the tool really goes.
+  /// The command with the actual target poses of the tool.
   [[nodiscard]] api::RobotAction displaced(api::RobotAction action) const;
   /// The pose that the controller reports for a tool that is at `X_RT`.
   [[nodiscard]] Pose reported(const Pose& X_RT) const {

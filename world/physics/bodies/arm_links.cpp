@@ -37,6 +37,7 @@ ArmLinks::ArmLinks(const robot::ArmModel& model, std::span<const Eigen::Isometry
       X_WL_(X_WL_before_),
       X_WL_next_(X_WL_),
       bodies_(X_WL.size()) {
+  // Primitives collide by ODE's dCollide; half extents bound them for the broad phase.
   // The base stands on its pedestal, inside fixed things.
   for (std::size_t link = 1; link < X_WL_.size(); ++link) {
     for (const auto& collision : model.links[link].collision) {
@@ -93,6 +94,8 @@ Eigen::Vector3d ArmLinks::last_velocity(int link, const Eigen::Vector3d& p_W, do
 }
 
 void ArmLinks::place_link(int link, double step_s) {
+  // Contacts see the link at the start of the step with its mean velocity over the step, as they
+  // see free bodies.
   const Eigen::Isometry3d& X = X_WL(link);
   const Eigen::Isometry3d& X_next = X_WL_next(link);
   // The screw from the one pose to the other, spread evenly over the step.

@@ -22,8 +22,8 @@ struct ArmShape {
   Aabb bounds;
 };
 
-/// An arm's links as shapes on kinematic bodies: they push, nothing pushes them. Where they go is
-/// the arm's business (world/robot); the forces on them are reported to it.
+/// An arm's links as shapes on kinematic bodies. The robot (world/robot) decides their motion and
+/// receives the forces on them.
 class ArmLinks {
  public:
   ArmLinks(const robot::ArmModel& model, std::span<const Eigen::Isometry3d> X_WL);
@@ -44,7 +44,7 @@ class ArmLinks {
   void restore(const State& state);
 
   void set_next(std::span<const Eigen::Isometry3d> X_WL_next);
-  /// The poses of set_next() are those of now.
+  /// The poses of set_next() become the present ones.
   void end_step();
 
   [[nodiscard]] int links() const { return static_cast<int>(X_WL_.size()); }
@@ -61,7 +61,7 @@ class ArmLinks {
   [[nodiscard]] std::span<const ArmShape> shapes() const { return shapes_; }
   [[nodiscard]] const Aabb& bounds() const { return bounds_; }  ///< of all shapes
   [[nodiscard]] RigidBody& body(int link) { return bodies_[static_cast<std::size_t>(link)]; }
-  /// Puts a link's body at the start of the step with the velocity of the step.
+  /// Sets a link's body to its pose at the start of the step, with the velocity of the step.
   void place_link(int link, double step_s);
 
  private:

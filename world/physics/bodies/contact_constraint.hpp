@@ -6,8 +6,8 @@
 
 namespace aprsim::physics {
 
-/// A contact of the present step with what the solver needs and what it finds out. The first body
-/// is always free or a part of a gripper.
+/// A contact of the present step, with the solver's inputs and results. The first body is always
+/// free or a part of a gripper.
 struct ContactConstraint {
   Contact contact;
   int fixed = -1;  ///< index of the fixed shape when contact.b is kGround
@@ -18,10 +18,10 @@ struct ContactConstraint {
   Eigen::Vector3d f_W = Eigen::Vector3d::Zero();       ///< solved force on contact.a [N]
   double normal_n = 0;                                 ///< its normal part
   Eigen::Vector3d torque_W = Eigen::Vector3d::Zero();  ///< friction's torque on contact.a [Nm]
-  /// Of the force and the torque; for this step until it is solved, then for the next one.
+  /// Warm starts of force and torque: of this step until it is solved, then of the next one.
   ForceGuess<Eigen::Vector3d> f_guess_W{Eigen::Vector3d::Zero()};
   ForceGuess<Eigen::Vector3d> torque_guess_W{Eigen::Vector3d::Zero()};
-  double impact_m2_s2 = 0;  ///< energy per mass of an impact that is still to be answered
+  double impact_m2_s2 = 0;  ///< energy per mass of an impact that is not answered yet
 
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
@@ -30,6 +30,12 @@ struct ContactConstraint {
            torque_W, f_guess_W, torque_guess_W, impact_m2_s2] = self;
     io(contact, fixed, friction, restitution, rolling_m, spinning_m, belt, f_W, normal_n, torque_W,
        f_guess_W, torque_guess_W, impact_m2_s2);
+  }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.index_or_none(In::kFixed, fixed);
+    in.require(contact.b != kGround || fixed >= 0, "a contact with nothing");
+    in.require(friction >= 0 && restitution >= 0, "a friction below 0");
   }
 };
 
@@ -42,8 +48,8 @@ inline constexpr double kFaultDepth = 0.5e-3;  ///< [m] of penetration: a physic
   return constraint.contact.depth_m < 0;
 }
 
-/// Whether bodies are so deep in each other that the step counts as faulty. Links are soft on
-/// purpose: an arm that crushes a part is the arm's fault, not the solver's.
+/// Whether the penetration counts as a fault. Contacts with links do not: they are compliant, so
+/// that an arm can squeeze a part.
 [[nodiscard]] inline bool is_fault(const ContactConstraint& constraint, const BodyIds& ids) {
   return constraint.contact.depth_m > kFaultDepth && !ids.is_link(constraint.contact.b);
 }

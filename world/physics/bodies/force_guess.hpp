@@ -2,38 +2,37 @@
 
 namespace aprsim::physics {
 
-/// Where the search for a force or a torque begins: at `last`, or by `change` farther. `Value`: a
-/// number or a vector.
+/// Warm start of a force or a torque: `last`, or extrapolated linearly to `last` + `change`.
+/// `Value`: a number or a vector.
 template <typename Value>
 struct ForceGuess {
   Value last, change;
-  int held = 0;  ///< for how many steps the force has been as it was guessed
+  int fitting_steps = 0;  ///< number of steps in a row whose warm start was the solution
   bool known = false;
 
   explicit ForceGuess(const Value& begin) : last(begin), change(0 * begin) {}
 
-  /// What was found in a step, and whether it is what had been guessed. Guesses that fit within the
-  /// tolerance still let bodies drift, until a step puts right what has come together. What holds
-  /// the bodies is neither, but the mean of all these steps: their sum is what was needed, as far
-  /// as nothing else has changed.
-  void note(const Value& found, bool as_guessed) {
-    const bool corrects = known && !as_guessed && held > 0;
+  /// Records the solution of a step. `warm_start_fits`: it is the warm start. A warm start within
+  /// the tolerance still lets bodies drift, until a step corrects the drift with a different force.
+  /// The holding force is the mean over all these steps, since their sum was needed.
+  void record(const Value& found, bool warm_start_fits) {
+    const bool corrects = known && !warm_start_fits && fitting_steps > 0;
     const Value off = found - last;
     if (corrects) {
-      last += off / (held + 1);
+      last += off / (fitting_steps + 1);
     } else {
       last = found;
     }
     change = known && !corrects ? off : Value(0 * off);
-    held = as_guessed ? held + 1 : 0;
+    fitting_steps = warm_start_fits ? fitting_steps + 1 : 0;
     known = true;
   }
 
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
-    auto& [last, change, held, known] = self;
-    io(last, change, held, known);
+    auto& [last, change, fitting_steps, known] = self;
+    io(last, change, fitting_steps, known);
   }
 };
 

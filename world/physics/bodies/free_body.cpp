@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "world/physics/collision/speculative/look_ahead.hpp"
+#include "world/physics/collision/speculative/speculative_contacts.hpp"
 #include "world/scene/model/part_shapes.hpp"
 
 namespace aprsim::physics {
@@ -19,12 +19,13 @@ Aabb aabb_of_gear(const scene::GearType& gear, const Eigen::Isometry3d& X_WG) {
   Eigen::Vector3d reach;
   for (int axis = 0; axis < 3; ++axis) {
     const double c = X_WG.linear()(axis, 2);
+    // Tight bounds of a cylinder: its disc projects to r sqrt(1 - c^2) on an axis at cosine c.
     reach[axis] = 0.5 * (high - low) * std::abs(c) + radius * std::sqrt(std::max(0.0, 1 - c * c));
   }
   return {centre - reach, centre + reach};
 }
 
-/// Distance of the rim farthest from the centre of mass.
+/// Largest distance of a rim from the centre of mass.
 double gear_radius(const scene::GearType& gear, const Eigen::Vector3d& com) {
   const double disc =
       std::hypot(gear.disc_radius_m, std::max(std::abs(com.z()), gear.disc_height_m - com.z()));
@@ -47,7 +48,7 @@ FreeBody make_tray(const scene::TrayInstance& instance, const scene::TrayType& t
   free.X_BS.translation() = slab.center();
   // The slab's corner is farthest from the centre of mass.
   free.radius_m = 0.5 * free.slab_size.norm() + (free.mass.com - free.X_BS.translation()).norm();
-  free.carry(free.mass);
+  free.set_carried_mass(free.mass);
   free.place(instance.X_WP.isometry(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
   return free;
 }
@@ -62,12 +63,12 @@ FreeBody make_gear(const scene::GearInstance& instance, const scene::GearType& t
   free.mass = gear_mass(type);
   free.origin_B = free.mass.com;
   free.radius_m = gear_radius(type, free.mass.com);
-  free.carry(free.mass);
+  free.set_carried_mass(free.mass);
   free.place(instance.X_WP.isometry(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
   return free;
 }
 
-/// The radius holds the fingers at any opening.
+/// The radius bounds the fingers at any opening.
 FreeBody make_tool(const scene::Tool& tool) {
   FreeBody free;
   free.name = tool.name;
@@ -78,7 +79,7 @@ FreeBody make_tool(const scene::Tool& tool) {
     free.radius_m =
         std::max(free.radius_m, (block.centre - free.mass.com).norm() + 0.5 * block.size.norm());
   }
-  free.carry(free.mass);
+  free.set_carried_mass(free.mass);
   free.place(tool.X_WQ.isometry() * tool.X_QT.isometry(), Eigen::Vector3d::Zero(),
              Eigen::Vector3d::Zero());
   return free;
@@ -96,6 +97,7 @@ Aabb aabb_of_tool(const FreeBody& free) {
 }  // namespace
 
 void FreeBody::refresh() {
+  // The rigid body's origin is the centre of mass; the scene's frame B is elsewhere.
   X_WB.linear() = body.R_WB();
   X_WB.translation() = body.p_W() - X_WB.linear() * origin_B;
   omega_W = body.omega_W();
@@ -116,11 +118,13 @@ void FreeBody::place(const Eigen::Isometry3d& X_WB_new, const Eigen::Vector3d& v
   update_bounds();
 }
 
-void FreeBody::carry(const MassProperties& all) {
+void FreeBody::set_carried_mass(const MassProperties& all) {
   body.set_mass(all.mass_kg, all.inertia);
   // The new centre of mass moves as the material point there did.
   origin_B = all.com;
   body.set_position(origin_W());
+  // Linear and angular momentum about the old origin are not conserved here. Bodies merge at rest
+  // to each other, where the change is within the drift that merging allows.
   body.set_velocity(velocity_at(origin_W()), omega_W);
 }
 
@@ -130,7 +134,8 @@ void FreeBody::update_bounds() {
   } else {
     bounds = is_tray() ? aabb_of_box(slab_size, X_WS()) : aabb_of_gear(*gear, X_WB);
   }
-  bounds = bounds.grown(kStepsAhead * step_s * (v_com_W.norm() + radius_m * omega_W.norm()));
+  // Speculative contacts are searched this far ahead, so that the broad phase must reach as far.
+  bounds = bounds.grown(kLookaheadSteps * step_s * (v_com_W.norm() + radius_m * omega_W.norm()));
 }
 
 std::vector<FreeBody> make_free_bodies(const scene::Scene& scene,

@@ -17,9 +17,9 @@
 
 namespace aprsim::physics {
 
-/// A tray, a gear or a tool that no robot has: its shape, its rigid body and, in the frame B of the
-/// scene, pose and velocity at the start of the step. While the solver works on `body`, these stay
-/// as they are; refresh() takes over what it has found.
+/// A tray, a gear or a free tool: its shape, its rigid body and, in the frame B of the scene, pose
+/// and velocity at the start of the step. The solver changes `body` only; refresh() copies its
+/// result.
 struct FreeBody {
   std::string_view name;
   const scene::GearType* gear = nullptr;  ///< exactly one of the three is set
@@ -38,10 +38,10 @@ struct FreeBody {
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
   Eigen::Vector3d v_com_W = Eigen::Vector3d::Zero();
   Eigen::Vector3d omega_W = Eigen::Vector3d::Zero();
-  Aabb bounds;  ///< of where it is and can be within the next kStepsAhead
-  /// Step in which it fell out of the cell; it takes part in nothing any more.
+  Aabb bounds;  ///< of the body over the next kLookaheadSteps
+  /// Step in which it fell out of the cell; it is then ignored by everything.
   std::optional<std::uint64_t> lost_step;
-  bool mounted = false;  ///< a tool on a robot's flange: GripperMechanism has its place
+  bool mounted = false;  ///< a tool on a robot's flange: GripperMechanism stands for it
   bool jammed = false;   ///< the belt does not carry it
 
   [[nodiscard]] bool is_tool() const { return tool.has_value(); }
@@ -57,13 +57,13 @@ struct FreeBody {
     return v_com_W + omega_W.cross(p_W - com_W());
   }
   [[nodiscard]] Eigen::Isometry3d X_WS() const { return X_WB * X_BS; }
-  /// Takes over pose and velocity of `body`, the root of its composite.
+  /// Copies pose and velocity from `body`, the root of its composite.
   void refresh();
   /// Sets pose and velocity, of `body` too.
   void place(const Eigen::Isometry3d& X_WB_new, const Eigen::Vector3d& v_com,
              const Eigen::Vector3d& omega);
-  /// Makes `body` move all of this mass (in frame B): its own or that of a composite.
-  void carry(const MassProperties& all);
+  /// Sets the mass that `body` moves (in frame B): its own or that of a composite.
+  void set_carried_mass(const MassProperties& all);
   /// Recomputes the bounds from the pose.
   void update_bounds();
 };

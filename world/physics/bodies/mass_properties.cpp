@@ -27,6 +27,7 @@ struct Moments {
 /// Frustum about the line x = xy parallel to z. Three-point Gauss quadrature is exact here: every
 /// integrand is a polynomial in z of degree 4 or less.
 Moments frustum(double z0, double r0, double z1, double r1, const Eigen::Vector2d& xy) {
+  // Gauss-Legendre nodes and weights (Abramowitz & Stegun 1964, table 25.4).
   const std::array<double, 3> node{-std::sqrt(0.6), 0, std::sqrt(0.6)};
   const std::array<double, 3> weight{5.0 / 9, 8.0 / 9, 5.0 / 9};
   Moments m;
@@ -38,6 +39,7 @@ Moments frustum(double z0, double r0, double z1, double r1, const Eigen::Vector2
     m.volume += dv;
     m.first += dv * c;
     m.second += dv * (c * c.transpose());
+    // Second moment of a disc about its diameter: r^2 / 4 per volume.
     m.second(0, 0) += dv * r * r / 4;
     m.second(1, 1) += dv * r * r / 4;
   }
@@ -51,6 +53,7 @@ Moments box(const Eigen::Vector3d& lo, const Eigen::Vector3d& hi) {
   m.volume = size.prod();
   m.first = m.volume * c;
   m.second = m.volume * (c * c.transpose());
+  // Second moment of an interval of length l about its middle: l^2 / 12.
   m.second.diagonal() += m.volume / 12 * size.cwiseAbs2();
   return m;
 }

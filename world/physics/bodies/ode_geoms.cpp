@@ -41,8 +41,9 @@ struct Library {
 
 /// ODE keeps collision caches per thread. Cheap when done before.
 void prepare_thread() {
+  // ODE requires one initialisation per process and per-thread data before dCollide.
   static const Library library;
-  static thread_local const int ready = dAllocateODEDataForThread(dAllocateMaskAll);
+  static thread_local const int ready = dAllocateODEDataForThread(unsigned{dAllocateMaskAll});
   if (ready == 0) throw PhysicsFailure("ODE could not allocate its data for this thread");
 }
 
@@ -94,6 +95,7 @@ void collide_geoms(const OdeGeom& geom_a, const OdeGeom& geom_b, BodyIndex a, Bo
                    SurfacePair pair, std::vector<Contact>& out) {
   prepare_thread();
   std::array<dContactGeom, kMaxGeomPoints> points;
+  // ODE's normals point into the first geom, as ours do.
   const int count = dCollide(geom_a.geom_.get(), geom_b.geom_.get(), kMaxGeomPoints, points.data(),
                              sizeof(dContactGeom));
   for (int i = 0; i < count; ++i) {

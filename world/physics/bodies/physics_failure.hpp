@@ -5,8 +5,8 @@
 
 namespace aprsim::physics {
 
-/// The world cannot go on: a state that is not a number, runaway energy, or an error in ODE.
-/// what() names step, body and cause. The world that threw is spent: build it anew.
+/// The world cannot continue: a state that is not a number, runaway energy, or an error in ODE.
+/// what() names step, body and cause. The world that threw cannot continue.
 class PhysicsFailure : public std::runtime_error {
  public:
   explicit PhysicsFailure(const std::string& what) : std::runtime_error(what) {}

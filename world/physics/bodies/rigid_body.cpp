@@ -22,6 +22,7 @@ Eigen::Matrix3d rotation_of(const Eigen::Quaterniond& q) {
 
 void RigidBody::set_orientation(const Eigen::Quaterniond& q_WB) {
   const double w = q_WB.w(), x = q_WB.x(), y = q_WB.y(), z = q_WB.z();
+  // Normalising in every step keeps the quaternion's rounding errors from growing.
   const double squared = w * w + x * x + y * y + z * z;
   const double scale = squared > 0 ? 1 / std::sqrt(squared) : 1;
   motion_.q_WB = Eigen::Quaterniond(scale * w, scale * x, scale * y, scale * z);

@@ -55,7 +55,7 @@ class RigidBody {
   void set_ballistic(bool ballistic) { ballistic_ = ballistic; }
   [[nodiscard]] bool is_ballistic() const { return ballistic_; }
 
-  // ---- external load of the coming step, beside gravity
+  // ---- external load of the coming step, besides gravity
   /// Adds a force [N] and a torque [Nm] about the centre of mass.
   void add_load(const Eigen::Vector3d& force_W, const Eigen::Vector3d& torque_W) {
     force_W_ += force_W;

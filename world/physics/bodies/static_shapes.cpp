@@ -33,6 +33,7 @@ StaticShapes make_fixed_shapes(const scene::Scene& scene) {
     const auto& conveyor = *scene.conveyor;
     const Eigen::Isometry3d X_WC = conveyor.X_WC.isometry();
     Eigen::Isometry3d X_WS = X_WC;
+    // The conveyor frame lies in the belt's top face, the box's origin in its middle.
     X_WS.translation() -= 0.5 * kBeltThickness * X_WC.linear().col(2);
     fixed.belt = static_cast<int>(fixed.shapes.size());
     fixed.shapes.push_back(

@@ -18,6 +18,8 @@ using Block = BlockLu::Block;
 // which must not overflow, and of a factor, by which rounding errors grow.
 constexpr double kMaxPivotInverse = 1e200, kMaxFactor = 10;
 
+/// The inner operations keep one 6-vector in two registers (four and two numbers), with a fixed
+/// order of additions, so that every register width gives the same bits.
 /// a = a b.
 inline void multiply(Block& a, const Block& b) {
   const Matrix6 left = Matrix6::load(a);
@@ -55,6 +57,9 @@ inline bool grows(const Vector6& factors, int k, double inverse) {
   return !in_order;
 }
 
+/// Golub & Van Loan, Matrix Computations (4th ed.), sec. 3.4: pivoting bounds the growth of the
+/// multipliers. Here the diagonal is tried first, since M + J' G J is close to symmetric positive
+/// definite, and exchanges are only used where a bound fails.
 /// Gauss-Jordan without exchanges of rows. False, with m unchanged, where they are needed.
 inline bool invert_in_order(Block& m) {
   Matrix6 c = Matrix6::load(m);
@@ -63,6 +68,7 @@ inline bool invert_in_order(Block& m) {
     const double inverse = 1 / c.column[k][k];
     Vector6 factors = inverse * c.column[k];
     if (grows(factors, k, inverse)) return false;
+    // Masks replace the row k by its part of the inverse, without a branch per element.
     const Vector6 own = Vector6::unit(k), others = Vector6::one() - own;
     factors = factors * others - inverse * own;
     for (int j = 0; j < 6; ++j) {
@@ -76,6 +82,8 @@ inline bool invert_in_order(Block& m) {
   return true;
 }
 
+/// A right-hand side needs half of the operations of an inverse: the columns left of the pivot are
+/// never read again.
 /// x = m^-1 x by Gauss-Jordan without exchanges of rows. False, with x unchanged, where they are
 /// needed.
 inline bool solve_in_order(const Block& m, BlockLu::BlockVector& x) {
@@ -97,6 +105,7 @@ inline bool solve_in_order(const Block& m, BlockLu::BlockVector& x) {
   return true;
 }
 
+/// Partial pivoting, for blocks that elimination in order would solve too inaccurately.
 /// Gauss-Jordan with exchanges of rows. False for a singular one.
 bool invert_with_exchanges(Block& m) {
   std::array<int, 6> exchanged;
@@ -123,6 +132,7 @@ bool invert_with_exchanges(Block& m) {
       for (int i = 0; i < 6; ++i) m(i, j) -= factor[i] * of_row;
     }
   }
+  // The inverse of P A is A^-1 P', so the columns are exchanged back in reverse order.
   for (int k = 5; k >= 0; --k) {
     const int pivot = exchanged[static_cast<std::size_t>(k)];
     if (pivot == k) continue;
@@ -150,19 +160,21 @@ void insert_sorted(std::vector<int>& list, int value) {
 }  // namespace
 
 void BlockLu::connect(int a, int b) {
-  insert_sorted(near_[at(a)], b);
-  insert_sorted(near_[at(b)], a);
+  insert_sorted(neighbours_[at(a)], b);
+  insert_sorted(neighbours_[at(b)], a);
 }
 
 void BlockLu::analyse(int count, std::span<const std::pair<int, int>> pairs) {
-  if (near_.size() < at(count)) near_.resize(at(count));
-  for (int i = 0; i < count; ++i) near_[at(i)].clear();
+  if (neighbours_.size() < at(count)) neighbours_.resize(at(count));
+  for (int i = 0; i < count; ++i) neighbours_[at(i)].clear();
   for (const auto& [a, b] : pairs) connect(a, b);
   choose_order(count);
-  places_.clear();
+  pair_blocks_.clear();
   for (const auto& [a, b] : pairs) {
-    const bool above = turn_[at(a)] < turn_[at(b)];  // the lower block's row is the later body
-    places_.push_back({above ? find_block(b, a) : find_block(a, b), above});
+    // A pair may be named in either direction; the stored orientation follows the order of
+    // elimination.
+    const bool above = rank_[at(a)] < rank_[at(b)];  // the lower block's row is the later body
+    pair_blocks_.push_back({above ? find_block(b, a) : find_block(a, b), above});
   }
 }
 
@@ -172,25 +184,28 @@ void BlockLu::choose_order(int count) {
   columns_.clear();
   rows_.clear();
   updates_.clear();
-  turn_.assign(at(count), 0);
+  rank_.assign(at(count), 0);
   eliminated_.assign(at(count), 0);
   int blocks = count;
-  for (int turn = 0; turn < count; ++turn) {
+  for (int rank = 0; rank < count; ++rank) {
     int best = -1;
     for (int i = 0; i < count; ++i) {
       if (eliminated_[at(i)]) continue;
-      if (best < 0 || near_[at(i)].size() < near_[at(best)].size()) best = i;
+      if (best < 0 || neighbours_[at(i)].size() < neighbours_[at(best)].size()) best = i;
     }
     eliminated_[at(best)] = 1;
-    turn_[at(best)] = turn;
+    rank_[at(best)] = rank;
     Column column{
         .body = best, .first = static_cast<int>(rows_.size()), .count = 0, .first_update = 0};
-    const std::vector<int>& left = near_[at(best)];
+    const std::vector<int>& left = neighbours_[at(best)];
+    // Every remaining neighbour gets a block below the pivot. Blocks of L and of U share one index.
     for (const int i : left) rows_.push_back({i, blocks++});
     column.count = static_cast<int>(left.size());
     columns_.push_back(column);
+    // Elimination graph (George & Liu 1989): the neighbours of an eliminated node form a
+    // clique.
     for (std::size_t i = 0; i < left.size(); ++i) {
-      auto& other = near_[at(left[i])];
+      auto& other = neighbours_[at(left[i])];
       other.erase(std::lower_bound(other.begin(), other.end(), best));
       for (std::size_t k = 0; k < i; ++k) connect(left[i], left[k]);
     }
@@ -206,7 +221,7 @@ void BlockLu::list_updates() {
   for (Column& column : columns_) {
     const auto first = rows_.begin() + column.first;
     std::sort(first, first + column.count,
-              [this](const Row& a, const Row& b) { return turn_[at(a.body)] < turn_[at(b.body)]; });
+              [this](const Row& a, const Row& b) { return rank_[at(a.body)] < rank_[at(b.body)]; });
   }
   for (Column& column : columns_) {
     column.first_update = static_cast<int>(updates_.size());
@@ -221,7 +236,7 @@ void BlockLu::list_updates() {
 
 int BlockLu::find_block(int row, int column) const {
   if (row == column) return row;
-  const Column& in = columns_[at(turn_[at(column)])];
+  const Column& in = columns_[at(rank_[at(column)])];
   for (int i = 0; i < in.count; ++i) {
     if (rows_[at(in.first + i)].body == row) return rows_[at(in.first + i)].block;
   }
@@ -253,6 +268,8 @@ APRSIM_VECTOR_CLONES bool BlockLu::factorise() {
     for (int i = 0; i < column.count; ++i) {
       multiply(blocks_[at(rows_[at(column.first + i)].block)], pivot);
     }
+    // Schur complement: A_ij -= L_ik U_kj for all pairs of rows of this column. Both triangles are
+    // needed, because the De Saxce correction makes the matrix unsymmetric.
     int update = column.first_update;
     for (int i = 0; i < column.count; ++i) {
       const std::size_t a = at(rows_[at(column.first + i)].block);
@@ -269,6 +286,7 @@ APRSIM_VECTOR_CLONES bool BlockLu::factorise() {
 }
 
 APRSIM_VECTOR_CLONES bool BlockLu::solve(std::span<BlockVector> x) {
+  // Forward substitution with the unit lower factor, in the order of elimination.
   for (const Column& column : columns_) {
     const BlockVector& own = x[at(column.body)];
     for (int i = 0; i < column.count; ++i) {
@@ -276,6 +294,8 @@ APRSIM_VECTOR_CLONES bool BlockLu::solve(std::span<BlockVector> x) {
       subtract_product(blocks_[at(row.block)], own, x[at(row.body)]);
     }
   }
+  // Back substitution. The pivots are stored inverted; the last one of each component is solved
+  // directly, which saves an inversion per island.
   for (std::size_t c = columns_.size(); c-- > 0;) {
     const Column& column = columns_[c];
     if (column.count == 0) {

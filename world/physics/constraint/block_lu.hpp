@@ -20,8 +20,8 @@ class BlockLu {
   using Block = Eigen::Matrix<double, 6, 6>;
   using BlockVector = Eigen::Matrix<double, 6, 1>;
 
-  /// Index of the two blocks of a pair.
-  struct Place {
+  /// The two blocks of a pair.
+  struct PairBlocks {
     int block = -1;
     bool first_above = false;  ///< (first, second) is the upper one
   };
@@ -30,7 +30,7 @@ class BlockLu {
   /// and number. The blocks become undefined.
   void analyse(int count, std::span<const std::pair<int, int>> pairs);
   /// Blocks of pair number `i`.
-  [[nodiscard]] Place place(std::size_t i) const { return places_[i]; }
+  [[nodiscard]] PairBlocks pair_blocks(std::size_t i) const { return pair_blocks_[i]; }
 
   void set_zero();
   /// Saves the blocks until the next save() or analyse().
@@ -39,11 +39,11 @@ class BlockLu {
   void restore();
   [[nodiscard]] Block& diagonal(int i) { return blocks_[at(i)]; }
   /// The block (first, second) of a pair, and (second, first).
-  [[nodiscard]] Block& forward(const Place& place) {
-    return (place.first_above ? upper_ : blocks_)[at(place.block)];
+  [[nodiscard]] Block& forward(const PairBlocks& pair) {
+    return (pair.first_above ? upper_ : blocks_)[at(pair.block)];
   }
-  [[nodiscard]] Block& backward(const Place& place) {
-    return (place.first_above ? blocks_ : upper_)[at(place.block)];
+  [[nodiscard]] Block& backward(const PairBlocks& pair) {
+    return (pair.first_above ? blocks_ : upper_)[at(pair.block)];
   }
 
   /// In place. False if a pivot is singular.
@@ -69,12 +69,12 @@ class BlockLu {
 
   std::vector<Block> blocks_, upper_;  // diagonal ones by body, then those below and beside
   std::vector<Block> saved_blocks_, saved_upper_;
-  std::vector<Place> places_;
+  std::vector<PairBlocks> pair_blocks_;
   std::vector<Column> columns_;  // in order of elimination
   std::vector<Row> rows_;
   std::vector<int> updates_;  // target block of each product of two rows of a column
-  std::vector<int> turn_;     // of each body: its place in the order of elimination
-  std::vector<std::vector<int>> near_;
+  std::vector<int> rank_;     // by body, in the order of elimination
+  std::vector<std::vector<int>> neighbours_;
   std::vector<char> eliminated_;
 };
 

@@ -18,6 +18,8 @@ Vector3d gyroscopic(const Matrix3d& inertia_W, const Vector3d& omega, double ste
     m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
     return m;
   };
+  // Residual f(omega') = I (omega' - omega) + h omega' x I omega'; its Jacobian at omega is I + h
+  // ([omega] I - [I omega]). Explicit Euler would gain energy for fast spins of slender parts.
   const Matrix3d slope = inertia_W + step_s * (cross(omega) * inertia_W - cross(momentum));
   return -step_s * (slope.inverse() * omega.cross(momentum));
 }
@@ -35,37 +37,42 @@ void ConstraintSystem::begin(double step_s, const Eigen::Vector3d& gravity_W, do
 }
 
 void ConstraintSystem::add_body(RigidBody& body) {
+  // The solver works in world axes: inertia rotates with the body and is constant over the step.
   const Matrix3d& R = body.R_WB();
   const Matrix3d inertia_W = R * body.inertia_B() * R.transpose();
   const Twist now = {body.v_W(), body.omega_W()};
   Twist free = now;
+  // Velocity V_free at the end of the step without constraint impulses. Bodies of a gripper are not
+  // ballistic: the arm bears their weight and inertia.
   if (body.is_ballistic()) free.omega += gyroscopic(inertia_W, free.omega, step_s_);
   free.v += step_s_ / body.mass_kg() * body.force_W();
   if (!body.torque_W().isZero(0)) free.omega += step_s_ * (inertia_W.inverse() * body.torque_W());
   if (body.is_ballistic()) free.v += step_s_ * gravity_W_;
   body.clear_load();
   body.set_system_index(problem_.add_body(body.mass_kg(), inertia_W, body.p_W(), free, now));
-  known_.push_back(&body);
+  members_.push_back(&body);
   moves_.push_back(1);
 }
 
-/// Bodies that were not added move as they do.
-int ConstraintSystem::number_of(RigidBody* body) {
+/// Bodies that were not added are kinematic.
+int ConstraintSystem::index_of(RigidBody* body) {
   if (body == nullptr) return ContactProblem::kFixed;
   if (body->system_index() < 0) {
     body->set_system_index(problem_.add_kinematic(body->p_W(), {body->v_W(), body->omega_W()}));
-    known_.push_back(body);
+    members_.push_back(body);
     moves_.push_back(0);
   }
   return body->system_index();
 }
 
 ContactProblem::Side ConstraintSystem::side(const RowSide& side) {
-  return {number_of(side.body), side.linear, side.angular};
+  return {index_of(side.body), side.linear, side.angular};
 }
 
 void ConstraintSystem::add_row(const RowSide& a, const RowSide& b, double target_m_s,
                                double compliance, double lo_n, double hi_n, RowForce& force) {
+  // Forces become impulses by the factor h, and ODE-style CFM [m/s per N] becomes velocity per
+  // impulse.
   problem_.add_row(side(a), side(b), target_m_s, compliance / step_s_, lo_n * step_s_,
                    hi_n * step_s_, {force.guess_n.last * step_s_, force.guess_n.change * step_s_});
   forces_.push_back(&force);
@@ -77,7 +84,7 @@ void ConstraintSystem::add_joint_row(const RowSide& a, const RowSide& b, double 
 }
 
 ConstraintSystem::Sides ConstraintSystem::sides(RigidBody* a, RigidBody* b) {
-  return {number_of(a), number_of(b)};
+  return {index_of(a), index_of(b)};
 }
 
 void ConstraintSystem::add_contact(ContactConstraint& constraint, const Sides& sides,
@@ -99,22 +106,25 @@ void ConstraintSystem::add_contact(ContactConstraint& constraint, const Sides& s
 }
 
 ContactSolver::Outcome ConstraintSystem::advance() {
+  // Semi-implicit Euler (Stewart & Trinkle 1996): impulses and velocities at the end of the step
+  // first, then the poses follow from these velocities.
   const auto outcome = solver_.solve(problem_, parameters_);
-  for (std::size_t i = 0; i < known_.size(); ++i) {
-    if (moves_[i] != 0) move(*known_[i], problem_.twist(static_cast<int>(i)));
-    known_[i]->set_system_index(-1);
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    if (moves_[i] != 0) move(*members_[i], problem_.twist(static_cast<int>(i)));
+    members_[i]->set_system_index(-1);
   }
-  known_.clear();
+  members_.clear();
   for (std::size_t i = 0; i < forces_.size(); ++i) {
     const double force_n = problem_.row_impulse_ns(static_cast<int>(i)) / step_s_;
-    forces_[i]->guess_n.note(force_n, false);
+    forces_[i]->guess_n.record(force_n, false);
   }
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     ContactConstraint& constraint = *contacts_[i];
     constraint.f_W = problem_.contact_impulse_ns(static_cast<int>(i)) / step_s_;
     constraint.torque_W = problem_.torsional_impulse_nms(static_cast<int>(i)) / step_s_;
-    constraint.f_guess_W.note(constraint.f_W, outcome.warm_start_fits);
-    constraint.torque_guess_W.note(constraint.torque_W, outcome.warm_start_fits);
+    constraint.f_guess_W.record(constraint.f_W, outcome.warm_start_fits);
+    constraint.torque_guess_W.record(constraint.torque_W, outcome.warm_start_fits);
+    // The projection onto the cone leaves a normal part of -0 or rounding size on open contacts.
     constraint.normal_n = std::max(0.0, constraint.f_W.dot(constraint.contact.n_W));
   }
   return outcome;

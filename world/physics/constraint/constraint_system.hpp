@@ -15,15 +15,15 @@
 
 namespace aprsim::physics {
 
-/// One body's side of a velocity constraint: along its Jacobian the relative velocity of both sides
-/// is to be the row's target. Null bodies are the ground; kinematic ones move as they do.
+/// One body's side of a velocity constraint, as its part of the Jacobian. The sum of both sides'
+/// velocities is driven to the row's target. A null body is the ground; kinematic bodies keep their
+/// velocity.
 struct RowSide {
   RigidBody* body = nullptr;
   Eigen::Vector3d linear = Eigen::Vector3d::Zero(), angular = Eigen::Vector3d::Zero();
 };
 
-/// The force of a row. The next step's search begins at the last one's: what rows drive is not held
-/// by forces in the mean.
+/// The force of a row, which warm-starts the next step. Rows never use a mean force.
 struct RowForce {
   ForceGuess<double> guess_n{0};
   /// In the last step.
@@ -43,7 +43,7 @@ struct RowForce {
 /// after warm-up.
 class ConstraintSystem {
  public:
-  /// Forgets everything. `residual_m_s`: see scene::Physics.
+  /// Empties the system. `residual_m_s`: see scene::Physics.
   void begin(double step_s, const Eigen::Vector3d& gravity_W, double residual_m_s);
   /// Adds a body that the step moves, and clears its load, which acts in this step.
   void add_body(RigidBody& body);
@@ -57,20 +57,20 @@ class ConstraintSystem {
   struct Sides {
     int a = ContactProblem::kFixed, b = ContactProblem::kFixed;
   };
-  /// Null bodies are the ground; those that have not been added move as they do.
+  /// Null bodies are the ground; bodies that have not been added are kinematic.
   [[nodiscard]] Sides sides(RigidBody* a, RigidBody* b);
-  /// A contact. The search begins at the constraint's guesses.
+  /// A contact, warm-started with the constraint's guesses.
   void add_contact(ContactConstraint& constraint, const Sides& sides,
                    const ContactResponse& response);
 
-  /// Solves, moves the bodies, and writes the forces into the contacts' constraints and the rows'
-  /// places.
+  /// Solves, moves the bodies, and writes the forces into the contacts' constraints and the
+  /// RowForces.
   ContactSolver::Outcome advance();
   /// The course of the last advance().
   [[nodiscard]] const ContactSolverStatistics& statistics() const { return solver_.statistics(); }
 
  private:
-  [[nodiscard]] int number_of(RigidBody* body);
+  [[nodiscard]] int index_of(RigidBody* body);
   [[nodiscard]] ContactProblem::Side side(const RowSide& side);
   void move(RigidBody& body, const Twist& twist) const;
 
@@ -79,8 +79,8 @@ class ConstraintSystem {
   ContactProblem problem_;
   ContactSolver solver_;
   Eigen::Vector3d gravity_W_ = Eigen::Vector3d::Zero();
-  std::vector<RigidBody*> known_;  // by number, until the system is solved
-  std::vector<char> moves_;        // by number
+  std::vector<RigidBody*> members_;  // by number, until the system is solved
+  std::vector<char> moves_;          // by number
   std::vector<RowForce*> forces_;
   std::vector<ContactConstraint*> contacts_;
 };

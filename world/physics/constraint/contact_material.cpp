@@ -22,8 +22,8 @@ constexpr double kLeastImpact = 0.03;    // [m/s], slower ones give nothing back
 constexpr double kLeastAlong = 0.1;  // share of the belt's axis that lies in the contact's plane
 
 /// Penetration slop: resting bodies keep this depth, and with it their contacts. Trays are shoved,
-/// and need more. What pads squeeze keeps its contacts anyway, and within a slop it could stick off
-/// centre.
+/// and need more. Squeezed parts keep their contacts without a slop, and could stick off centre
+/// within one.
 double penetration_slop_m(SurfacePair pair) {
   switch (pair) {
     case SurfacePair::kPadGear:

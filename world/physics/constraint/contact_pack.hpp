@@ -15,9 +15,9 @@
 
 namespace aprsim::physics {
 
-/// Up to four contacts of the same two bodies, side by side (idea: Catto 2024, "SIMD matters",
-/// box2d.org). Unused lanes have neither friction nor metric, and never bear anything. Vectors
-/// without a suffix are in the contact frames (n, t1, t2).
+/// Up to four contacts of the same two bodies, one per lane of a vector register (idea: Catto 2024,
+/// "SIMD matters", box2d.org). Unused lanes have neither friction nor metric, and no impulse.
+/// Vectors without a suffix are in the contact frames (n, t1, t2). Symbols: docs/contact_solver.md.
 struct ContactPack {
   using Vector3 = Eigen::Vector3d;
   using BlockVector = BlockLu::BlockVector;
@@ -172,7 +172,7 @@ inline void ContactPack::complete(const SolverBody* body_a, const SolverBody* bo
   set_impulse(last_gamma_W + change_gamma_W, last_torsion_W + change_torsion_W);
 }
 
-/// Places from the first lane keep the arithmetic finite.
+/// Values of the first lane keep the arithmetic of unused lanes finite.
 inline void ContactPack::fill_unused_lanes() {
   for (int lane = count; lane < kLanes; ++lane) {
     p_W.set(lane, p_W.at(0));
@@ -316,7 +316,8 @@ inline void ContactPack::set_open() {
 
 inline void ContactPack::evaluate_impulses(const Vector3x4& v, const Vector3x4& omega,
                                            bool newton_on_slip) {
-  // Contacts that separate and bore nothing stay open, whatever the De Saxce correction says.
+  // Contacts that separate and bore no impulse stay open: the De Saxce correction must not close
+  // them.
   const Mask4 opens = (v.x >= 0) & (proximal_gamma.x == 0);
   if (newton_on_slip && all(opens)) return set_open();
   evaluate_contact_impulses(v, newton_on_slip, opens);
@@ -362,7 +363,7 @@ inline double ContactPack::residual(const ContactSolverParameters& parameters) c
   const FrictionCone& W = delassus;
   const Vector3x4 off = gamma - W.project({gamma.x - W.inverse_n * v.x, gamma.y - W.inverse_t * v.y,
                                            gamma.z - W.inverse_t * v.z});
-  // Fast sliding needs no more than a share of its speed.
+  // Fast sliding is solved to a share of its speed.
   Vec4d out = max(W.n * abs(off.x), W.t * max(abs(off.y), abs(off.z))) -
               parameters.sliding_relative_tolerance * slip_speed;
   if (has_torsion) {

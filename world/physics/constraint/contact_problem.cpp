@@ -13,7 +13,7 @@ void ContactProblem::clear() {
   moving_.clear();
   rows_.clear();
   pack_count_ = 0;
-  places_.clear();
+  locations_.clear();
 }
 
 int ContactProblem::add_body(double mass_kg, const Matrix3& inertia, const Vector3& com,
@@ -24,7 +24,7 @@ int ContactProblem::add_body(double mass_kg, const Matrix3& inertia, const Vecto
   body.inertia = inertia;
   body.inverse_inertia = inertia.inverse();
   body.com = com;
-  body.free = free;
+  body.free_twist = free;
   body.twist = now;
   body.unknown = static_cast<int>(moving_.size());
   moving_.push_back(static_cast<int>(bodies_.size()));
@@ -35,7 +35,7 @@ int ContactProblem::add_body(double mass_kg, const Matrix3& inertia, const Vecto
 int ContactProblem::add_kinematic(const Vector3& com, const Twist& twist) {
   SolverBody body;
   body.com = com;
-  body.free = body.twist = twist;
+  body.free_twist = body.twist = twist;
   bodies_.push_back(body);
   return static_cast<int>(bodies_.size()) - 1;
 }
@@ -51,11 +51,14 @@ int ContactProblem::add_row(const Side& a, const Side& b, double target, double 
   row.is_angular = a.linear.isZero(0) && b.linear.isZero(0);
   row.lower = lower_ns;
   row.upper = upper_ns;
+  // A warm start outside of its set would not be a feasible proximal point.
   row.gamma = std::clamp(guess_ns.last + guess_ns.change, lower_ns, upper_ns);
   row.last_gamma = std::clamp(guess_ns.last, lower_ns, upper_ns);
   for (const Side* side : {&row.a, &row.b}) {
     if (side->body == kFixed) continue;
     const SolverBody& body = at(side->body);
+    // W_i = sum over the sides of J_i M^-1 J_i'. It scales residual and proximal term, so that both
+    // are independent of mass.
     row.delassus += body.inverse_kg * side->linear.squaredNorm() +
                     side->angular.dot(body.inverse_inertia * side->angular);
   }
@@ -64,15 +67,18 @@ int ContactProblem::add_row(const Side& a, const Side& b, double target, double 
 }
 
 int ContactProblem::add_contact(const ContactDescription& contact) {
+  // Only contacts of one pair share a pack: its lanes then read the same two bodies, and its sums
+  // over lanes are the impulses on these.
   const bool joins = pack_count_ > 0 && packs().back().accepts(contact);
   if (!joins) {
+    // Packs are kept between steps. They are large, and reusing them avoids allocation.
     if (packs_.size() == index(pack_count_)) packs_.emplace_back();
     ++pack_count_;
     packs().back().begin(contact.a, contact.b);
   }
   packs().back().add(contact);
-  places_.emplace_back(pack_count_ - 1, packs().back().count - 1);
-  return static_cast<int>(places_.size()) - 1;
+  locations_.emplace_back(pack_count_ - 1, packs().back().count - 1);
+  return static_cast<int>(locations_.size()) - 1;
 }
 
 void ContactProblem::complete(const ContactSolverParameters& parameters) {
@@ -85,6 +91,8 @@ APRSIM_VECTOR_CLONES void ContactProblem::complete_contacts(
   for (ContactPack& pack : packs()) pack.complete(find(pack.a), find(pack.b), parameters);
 }
 
+/// Contacts of actuated bodies keep the strict tolerance: their residual would become creep of a
+/// held part.
 void ContactProblem::mark_actuated() {
   for (const SolverRow& row : rows_) {
     for (const Side* side : {&row.a, &row.b}) {
@@ -96,6 +104,8 @@ void ContactProblem::mark_actuated() {
 }
 
 bool ContactProblem::is_at_rest(const ContactSolverParameters& parameters) const {
+  // The test uses the velocities before the step. At rest, residuals of either sign add up over
+  // thousands of steps, so that a stricter tolerance pays.
   return rows_.empty() && std::ranges::all_of(moving_, [&](int body) {
            const Twist& twist = at(body).twist;
            return std::max(twist.v.norm(), parameters.angular_lever_m * twist.omega.norm()) <
@@ -106,12 +116,12 @@ bool ContactProblem::is_at_rest(const ContactSolverParameters& parameters) const
 // ---- the solution
 
 ContactProblem::Vector3 ContactProblem::contact_impulse_ns(int contact) const {
-  const auto& [pack, lane] = places_[index(contact)];
+  const auto& [pack, lane] = locations_[index(contact)];
   return packs_[index(pack)].impulse_W(lane);
 }
 
 ContactProblem::Vector3 ContactProblem::torsional_impulse_nms(int contact) const {
-  const auto& [pack, lane] = places_[index(contact)];
+  const auto& [pack, lane] = locations_[index(contact)];
   return packs_[index(pack)].torsion_W(lane);
 }
 
@@ -123,17 +133,19 @@ APRSIM_VECTOR_CLONES void ContactProblem::set_last_impulses() {
 }
 
 APRSIM_VECTOR_CLONES void ContactProblem::velocities_from_impulses() {
+  // V = V_free + M^-1 J' gamma. The velocities are rebuilt from the impulses, not accumulated, so
+  // that rounding of many Newton steps cannot drift.
   for (const int i : moving_) {
     SolverBody& body = at(i);
-    body.twist = body.free;
+    body.twist = body.free_twist;
   }
   for (const SolverRow& row : rows_) {
     if (row.gamma == 0) continue;
-    push(row.a.body, row.gamma * row.a.linear, row.gamma * row.a.angular);
-    push(row.b.body, row.gamma * row.b.linear, row.gamma * row.b.angular);
+    apply_impulse(row.a.body, row.gamma * row.a.linear, row.gamma * row.a.angular);
+    apply_impulse(row.b.body, row.gamma * row.b.linear, row.gamma * row.b.angular);
   }
   for (const ContactPack& pack : packs()) {
-    if (!pack.is_idle()) push(pack, pack.body_impulses());
+    if (!pack.is_idle()) apply_impulse(pack, pack.body_impulses());
   }
 }
 
@@ -150,6 +162,8 @@ APRSIM_VECTOR_CLONES void ContactProblem::evaluate_constraint_velocities() {
 
 APRSIM_VECTOR_CLONES ContactResidual
 ContactProblem::residual(const ContactSolverParameters& parameters) {
+  // The stopping test uses the velocities that the impulses cause. Newton's own velocities fulfil
+  // momentum balance only within its tolerance, and may look converged where they are not.
   for (const int i : moving_) at(i).newton_twist = at(i).twist;
   update_velocities();
   ContactResidual out;
@@ -177,12 +191,14 @@ APRSIM_VECTOR_CLONES void ContactProblem::set_proximal_weight(
 }
 
 APRSIM_VECTOR_CLONES void ContactProblem::update_proximal_point() {
+  // Rockafellar 1976: the present impulses become the centre of the next proximal term.
   for (SolverRow& row : rows_) row.proximal_gamma = row.gamma;
   for (ContactPack& pack : packs()) pack.update_proximal_point();
   update_de_saxce_correction();
 }
 
 void ContactProblem::return_to_proximal_point() {
+  // A rejected outer iteration must leave no trace, so the velocities are rebuilt as well.
   for (SolverRow& row : rows_) row.gamma = row.proximal_gamma;
   for (ContactPack& pack : packs()) pack.return_to_proximal_point();
   update_velocities();

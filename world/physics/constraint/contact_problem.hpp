@@ -16,7 +16,7 @@
 
 namespace aprsim::physics {
 
-/// How far the impulses are from the solution: the natural map of the complementarity, in units of
+/// Distance of the impulses from the solution: the natural map of the complementarity, in units of
 /// velocity.
 struct ContactResidual {
   double actuated_m_s = 0;  ///< of rows, and of contacts of bodies that rows act on
@@ -43,8 +43,8 @@ class ContactProblem {
   // ---- the problem
 
   void clear();
-  /// A body that impulses move. `free` is its velocity at the end of the step without them, `now`
-  /// the present one, where the solve starts. Returns its number.
+  /// A body that impulses move. `free` is its part of V_free, the velocity at the end of the step
+  /// without impulses; `now` is the present velocity. Returns its number.
   int add_body(double mass_kg, const Matrix3& inertia, const Vector3& com, const Twist& free,
                const Twist& now);
   /// A body with a prescribed velocity. Rows and contacts take it as any other.
@@ -90,7 +90,7 @@ class ContactProblem {
   [[nodiscard]] int unknown_of(int body) const { return body == kFixed ? -1 : at(body).unknown; }
 
   /// Adds impulses to the velocities of both bodies.
-  void push(const ContactPack& pack, const ContactPack::BodyImpulses& impulses);
+  void apply_impulse(const ContactPack& pack, const ContactPack::BodyImpulses& impulses);
   /// Sets the last step's impulses.
   void set_last_impulses();
   /// V = V_free + M^-1 J' gamma.
@@ -118,7 +118,7 @@ class ContactProblem {
 
  private:
   [[nodiscard]] static std::size_t index(int i) { return static_cast<std::size_t>(i); }
-  void push(int body, const Vector3& impulse, const Vector3& moment);
+  void apply_impulse(int body, const Vector3& impulse, const Vector3& moment);
   [[nodiscard]] double velocity_of(const Side& side) const;
   void complete_contacts(const ContactSolverParameters& parameters);
   void mark_actuated();
@@ -128,7 +128,7 @@ class ContactProblem {
   std::vector<SolverRow> rows_;
   std::vector<ContactPack> packs_;  // as many as there ever were
   int pack_count_ = 0;
-  std::vector<std::pair<int, int>> places_;  // by contact: a pack, and a lane of it
+  std::vector<std::pair<int, int>> locations_;  // by contact: pack and lane
 };
 
 inline std::span<ContactPack> ContactProblem::packs_of_pair(std::size_t first) {
@@ -138,16 +138,16 @@ inline std::span<ContactPack> ContactProblem::packs_of_pair(std::size_t first) {
   return all.subspan(first, end - first);
 }
 
-inline void ContactProblem::push(int body, const Vector3& impulse, const Vector3& moment) {
-  if (body != kFixed && at(body).moves()) at(body).push(impulse, moment);
+inline void ContactProblem::apply_impulse(int body, const Vector3& impulse, const Vector3& moment) {
+  if (body != kFixed && at(body).moves()) at(body).apply_impulse(impulse, moment);
 }
 
-inline void ContactProblem::push(const ContactPack& pack,
-                                 const ContactPack::BodyImpulses& impulses) {
+inline void ContactProblem::apply_impulse(const ContactPack& pack,
+                                          const ContactPack::BodyImpulses& impulses) {
   const auto linear = [](const Vector6& of) { return Vector3(of[0], of[1], of[2]); };
   const auto angular = [](const Vector6& of) { return Vector3(of[3], of[4], of[5]); };
-  push(pack.a, linear(impulses.on_a), angular(impulses.on_a));
-  push(pack.b, -linear(impulses.against_b), -angular(impulses.against_b));
+  apply_impulse(pack.a, linear(impulses.on_a), angular(impulses.on_a));
+  apply_impulse(pack.b, -linear(impulses.against_b), -angular(impulses.against_b));
 }
 
 }  // namespace aprsim::physics

@@ -12,6 +12,8 @@ ContactSolver::Outcome ContactSolver::solve(ContactProblem& problem,
   problem.complete(parameters);
   if (problem.moving().empty()) return {.converged = true};
   const ToleranceSchedule tolerance(parameters, problem.is_at_rest(parameters));
+  // The outer iteration is only entered if neither warm start nor relaxation fulfils Coulomb's law.
+  // In a quiet cell most steps end here.
   // Warm start.
   ContactResidual residual = warm_start(problem, parameters, tolerance, saved_);
   statistics_.initial_residual_m_s = residual.max_m_s();

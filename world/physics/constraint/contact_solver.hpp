@@ -9,10 +9,10 @@
 
 namespace aprsim::physics {
 
-/// Solves a ContactProblem. Coulomb's circular cones hold exactly, also where contacts slide; all
-/// is implicit, whatever the masses. Contacts are hard up to their compliance.
+/// Solves a ContactProblem. Coulomb's law holds with circular cones, for sliding contacts, too.
+/// Everything is implicit, for any ratio of masses. Contacts are hard up to their compliance.
 ///
-/// Method, one part a file:
+/// Method, with equations, symbols and limits: docs/contact_solver.md. Its parts, one per file:
 /// 1. `warm_start`: the better of the last impulses and their linear extrapolation.
 /// 2. `impact_relaxation`: after an impact a few rounds of nonlinear Gauss-Seidel.
 /// 3. `ProximalPoint`: the outer iteration on the impulses (augmented Lagrangian), with the

@@ -12,6 +12,7 @@ APRSIM_VECTOR_CLONES void relax(ContactProblem& problem) {
   for (std::size_t first = 0; first < problem.packs().size();) {
     const auto pair = problem.packs_of_pair(first);
     first += pair.size();
+    // Gauss-Seidel between pairs, Jacobi within a pair.
     // Velocities after all earlier pairs, and the number of contacts that share the load.
     int bearing = 0;
     for (ContactPack& pack : pair) {
@@ -22,7 +23,7 @@ APRSIM_VECTOR_CLONES void relax(ContactProblem& problem) {
     // A share of the projected step of each contact, and the bodies' new velocities.
     const double share = 1.0 / bearing;
     for (ContactPack& pack : pair) {
-      problem.push(pack, pack.body_impulses(pack.relax(share)));
+      problem.apply_impulse(pack, pack.body_impulses(pack.relax(share)));
     }
   }
 }

@@ -13,6 +13,8 @@ using BlockVector = BlockLu::BlockVector;
 /// which moves moments to the centre of b by d, they are -S T, -T' S and T' S T.
 inline void add_shifted(const Matrix6& S, const Eigen::Vector3d& d, Block& forward, Block& backward,
                         Block& other) {
+  // Shift of a spatial force between two points (Featherstone 2008, sec. 2.8). One product J' G J
+  // per pair thus serves all four blocks.
   // T' times a column: d x its upper half is added to the lower one.
   const auto moved = [&d](const Vector6& column) {
     Vector6 out = column;
@@ -46,6 +48,8 @@ inline void add_outer(const BlockVector& a, const BlockVector& b, Block& out) {
 void NewtonMatrix::analyse(ContactProblem& problem) {
   pairs_.clear();
   // Rows and packs of the same two bodies in a row share one pair of blocks.
+  // Kinematic bodies have no unknowns: their contacts contribute to the diagonal of the other body
+  // only.
   std::pair<int, int> last(-1, -1);
   const auto pair_of = [&](int a, int b) {
     const int i = problem.unknown_of(a), k = problem.unknown_of(b);
@@ -78,6 +82,7 @@ void NewtonMatrix::assemble_rows(ContactProblem& problem) {
     block.topLeftCorner<3, 3>().diagonal().setConstant(body.kg);
     block.bottomRightCorner<3, 3>() = body.inertia;
   }
+  // Where a row is at its bound, its impulse is constant and G = 0.
   // J' G J of rows.
   for (SolverRow& row : problem.rows()) {
     row.assembled_G = row.G;
@@ -102,9 +107,9 @@ void NewtonMatrix::add_row(const ContactProblem& problem, const SolverRow& row) 
     add_outer(scaled[1], j[0], lu_.diagonal(unknown[0]));
   }
   if (row.pair < 0) return;
-  const auto place = lu_.place(static_cast<std::size_t>(row.pair));
-  add_outer(scaled[0], j[1], lu_.forward(place));
-  add_outer(scaled[1], j[0], lu_.backward(place));
+  const auto blocks = lu_.pair_blocks(static_cast<std::size_t>(row.pair));
+  add_outer(scaled[0], j[1], lu_.forward(blocks));
+  add_outer(scaled[1], j[0], lu_.backward(blocks));
 }
 
 APRSIM_VECTOR_CLONES void NewtonMatrix::assemble_contacts(ContactProblem& problem) {
@@ -113,6 +118,8 @@ APRSIM_VECTOR_CLONES void NewtonMatrix::assemble_contacts(ContactProblem& proble
     first += pair.size();
     const ContactPack& front = pair.front();
     const int a = problem.unknown_of(front.a), b = problem.unknown_of(front.b);
+    // SAP's Hessian (Castro et al. 2022) with G from the projection; open contacts have G =
+    // 0.
     // Sum over the pair's contacts, about the first of its bodies that moves.
     Matrix6 sum = Matrix6::zero();
     bool is_zero = true;
@@ -126,8 +133,8 @@ APRSIM_VECTOR_CLONES void NewtonMatrix::assemble_contacts(ContactProblem& proble
     if (front.pair < 0) continue;
     // The other blocks: the same impulses, with moments about the centre of b.
     const Eigen::Vector3d shift = front.lever_b.at(0) - front.lever_a.at(0);
-    const auto place = lu_.place(static_cast<std::size_t>(front.pair));
-    add_shifted(sum, shift, lu_.forward(place), lu_.backward(place), lu_.diagonal(b));
+    const auto blocks = lu_.pair_blocks(static_cast<std::size_t>(front.pair));
+    add_shifted(sum, shift, lu_.forward(blocks), lu_.backward(blocks), lu_.diagonal(b));
   }
 }
 

@@ -9,6 +9,7 @@
 
 namespace aprsim::physics {
 
+/// The structure depends on the pairs only, and so is analysed once for all subproblems of a step.
 void NewtonSolver::prepare(ContactProblem& problem) {
   matrix_.analyse(problem);
   gradient_.resize(problem.moving().size());
@@ -19,7 +20,10 @@ NewtonSolver::Result NewtonSolver::solve(ContactProblem& problem,
                                          const ContactSolverParameters& parameters,
                                          const Limits& limits) {
   Result result;
+  // Each subproblem first lets the De Saxce correction follow the slip: Newton then converges
+  // quadratically also where contacts slide.
   newton_on_slip_ = true;
+  // The tolerance is a velocity, so that light and heavy bodies are solved equally well.
   Gradient gradient = evaluate(problem, parameters.angular_lever_m);
   // Newton iteration. At least one step, for the proximal point has moved.
   while (result.directions < parameters.max_subproblem_newton_steps &&
@@ -34,12 +38,16 @@ NewtonSolver::Result NewtonSolver::solve(ContactProblem& problem,
     ++result.directions;
     evaluate_rates(problem);
     if (newton_on_slip_) {
+      // No convex function belongs to the unsymmetric problem. The gradient's norm in the metric
+      // M^-1 is the merit instead (Dennis & Schnabel 1996, sec. 6.5).
       // Globalisation of the unsymmetric problem: backtracking on g' M^-1 g.
       if (backtrack(problem, parameters, gradient, result)) continue;
       if (!limits.may_hold_slip) {
         result.solved = false;
         break;
       }
+      // With a held correction the subproblem is the one of SAP (Castro et al. 2022), and an outer
+      // iteration is a fixed-point step on the slip (Cadoux 2009; Acary et al. 2011).
       // Fallback: from here on the convex subproblem, with the correction of these velocities.
       newton_on_slip_ = false;
       result.held_slip = true;
@@ -67,8 +75,8 @@ APRSIM_VECTOR_CLONES NewtonSolver::Gradient NewtonSolver::evaluate(ContactProble
 inline void NewtonSolver::set_momentum_change(const ContactProblem& problem) {
   for (const int i : problem.moving()) {
     const SolverBody& body = problem.at(i);
-    const Eigen::Vector3d p = body.kg * (body.twist.v - body.free.v);
-    const Eigen::Vector3d m = body.inertia * (body.twist.omega - body.free.omega);
+    const Eigen::Vector3d p = body.kg * (body.twist.v - body.free_twist.v);
+    const Eigen::Vector3d m = body.inertia * (body.twist.omega - body.free_twist.omega);
     const Vector6 g = {Vec4d{p.x(), p.y(), p.z(), m.x()}, Vector6::Pair{m.y(), m.z()}};
     g.store(gradient_[index(body.unknown)].data());
   }
@@ -82,6 +90,8 @@ inline void NewtonSolver::subtract_impulses(ContactProblem& problem) {
     double* g = gradient_[index(unknown)].data();
     (Vector6::load(g) + sign * impulse).store(g);
   };
+  // gamma(v_c) is the projection of the regularized impulse onto its set: bounds of a row, cone of
+  // a contact (Todorov 2014; Castro et al. 2022).
   for (SolverRow& row : problem.rows()) row.evaluate_impulse(0);
   for (const SolverRow& row : problem.rows()) {
     for (const SolverRow::Side* side : {&row.a, &row.b}) {
@@ -105,6 +115,8 @@ inline NewtonSolver::Gradient NewtonSolver::measure(const ContactProblem& proble
   for (const int i : problem.moving()) {
     const SolverBody& body = problem.at(i);
     const BlockVector& g = gradient_[index(body.unknown)];
+    // M^-1 g is the error of momentum balance as a velocity; rotations count at the lever of a
+    // typical part.
     const Eigen::Vector3d dv = body.inverse_kg * g.head<3>(),
                           dw = body.inverse_inertia * g.tail<3>();
     out.merit += g.head<3>().dot(dv) + g.tail<3>().dot(dw);
@@ -144,6 +156,7 @@ APRSIM_VECTOR_CLONES void NewtonSolver::evaluate_rates(ContactProblem& problem) 
 
 /// V += step d, v_c += step J d.
 APRSIM_VECTOR_CLONES void NewtonSolver::move_along(ContactProblem& problem, double step) const {
+  // The constraint velocities are linear in V, so a step needs no new Jacobian products.
   for (const int i : problem.moving()) {
     SolverBody& body = problem.at(i);
     const BlockVector& d = direction_[index(body.unknown)];
@@ -160,6 +173,7 @@ APRSIM_VECTOR_CLONES void NewtonSolver::move_along(ContactProblem& problem, doub
 /// there is none; the velocities are then unchanged.
 bool NewtonSolver::backtrack(ContactProblem& problem, const ContactSolverParameters& parameters,
                              Gradient& gradient, Result& result) {
+  // Moves are made from where the last trial ended; this costs one update per trial.
   double step = 1, moved = 0;
   for (int i = 0; i < parameters.max_backtracking_steps; ++i, step *= 0.5) {
     move_along(problem, step - moved);
@@ -192,8 +206,9 @@ double NewtonSolver::slope(ContactProblem& problem, double step) const {
   for (const int i : problem.moving()) {
     const SolverBody& body = problem.at(i);
     const BlockVector& d = direction_[index(body.unknown)];
-    const Eigen::Vector3d dv = body.twist.v - body.free.v + step * d.head<3>();
-    const Eigen::Vector3d dw = body.twist.omega - body.free.omega + step * d.tail<3>();
+    // The slope costs O(n), since d' M d and J d are known (as in SAP, Castro et al. 2022).
+    const Eigen::Vector3d dv = body.twist.v - body.free_twist.v + step * d.head<3>();
+    const Eigen::Vector3d dw = body.twist.omega - body.free_twist.omega + step * d.tail<3>();
     sum += body.kg * d.head<3>().dot(dv) + d.tail<3>().dot(body.inertia * dw);
   }
   evaluate_impulses(problem, step);

@@ -26,11 +26,16 @@ ContactSolverOutcome ProximalPoint::solve(ContactProblem& problem,
                                           ContactSolverStatistics& statistics) {
   ContactSolverOutcome outcome;
   ContactResidual residual = first;
+  // The residual in excess of the slack of unactuated contacts decides; one number orders all
+  // iterates.
   double best_m_s = tolerance.excess_m_s(first), last_m_s = best_m_s;
   newton_.prepare(problem);
   best.save(problem);
   ProximalWeight weight(parameters, first.max_m_s());
   while (outcome.newton_steps < parameters.max_newton_steps) {
+    // gamma <- argmin of the dual cost + weight W / 2 |gamma - proximal_gamma|^2. Redundant
+    // contacts leave the impulses of the original problem undetermined; the proximal term selects
+    // those next to the warm start.
     // The subproblem about the present impulses.
     problem.set_proximal_weight(weight.value(), parameters);
     problem.update_proximal_point();

@@ -4,6 +4,7 @@ namespace aprsim::physics {
 
 ContactResidual warm_start(ContactProblem& problem, const ContactSolverParameters& parameters,
                            const ToleranceSchedule& tolerance, SavedImpulses& saved) {
+  // Both guesses are compared by the residual that they cause, never by their size.
   // Extrapolated impulses: exact while forces change linearly.
   const ContactResidual extrapolated = problem.residual(parameters);
   if (tolerance.accepts(extrapolated, 0)) return extrapolated;

@@ -14,6 +14,7 @@ constexpr double kMobility = 1 / 0.6;  // [1/kg]
 /// Force on the body that the normal points into and that moves with `v_W` relative to the other.
 Eigen::Vector3d contact_force(const Contact& point, const Eigen::Vector3d& v_W,
                               const PhysicsModel& model, std::size_t points) {
+  // Kelvin-Voigt model: spring and damper along the normal, regularised Coulomb friction across it.
   // The spring is shared by the pair's contact points.
   robot::ContactLaw law;
   law.friction = model.scene.physics.friction.robot;
@@ -36,6 +37,8 @@ ArmPenalty::ArmPenalty(PhysicsModel& model) : model_(model) {
     fixed_geoms_.push_back(OdeGeom::box(shape.size));
     fixed_geoms_.back().set_pose(shape.X_WS);
   }
+  // Neighbouring links overlap by construction of the model; a penalty between them would be a
+  // constant force.
   // Pairs of shapes that overlap at the start.
   const int robots = static_cast<int>(model.arms.size());
   const auto overlap = [this](const OdeGeom& a, const OdeGeom& b) {
@@ -70,6 +73,7 @@ const ArmShape& ArmPenalty::shape(int robot, int index) const {
 bool ArmPenalty::may_touch(int robot_a, int shape_a, int robot_b, int shape_b) const {
   if (robot_a == robot_b) {
     if (!model_.scene.robots[static_cast<std::size_t>(robot_a)].self_collision) return false;
+    // Joint limits keep near links apart; only distant ones can meet.
     const int distance = shape(robot_b, shape_b).link - shape(robot_a, shape_a).link;
     if (distance < kSelfCollisionDistance) return false;
   }
@@ -93,11 +97,13 @@ void ArmPenalty::on_fixed(int robot, std::vector<std::vector<ArmForce>>& forces)
     const auto& link = shape(robot, s);
     for (std::size_t f = 0; f < fixed_geoms_.size(); ++f) {
       const auto& fixed = model_.fixed.shapes[f];
+      // The exemption is tested before the collision, which is the expensive part.
       const std::size_t key = static_cast<std::size_t>(s) * fixed_geoms_.size() + f;
       if (!link.bounds.meets(fixed.bounds) || exempt_fixed_[r][key]) continue;
       found_.clear();
       collide_geoms(link.geom, fixed_geoms_[f], kGround, kGround, SurfacePair::kRobotAny, found_);
       for (const auto& point : found_) {
+        // The arm's motion of the last step: the force acts on the joints in the next one.
         const Eigen::Vector3d v = arm.last_velocity(link.link, point.p_W, model_.step_s);
         const Eigen::Vector3d force = contact_force(point, v, model_, found_.size());
         forces[r].push_back({.link = link.link,
@@ -115,6 +121,7 @@ void ArmPenalty::on_other(int robot_a, int robot_b, std::vector<std::vector<ArmF
   const auto a = static_cast<std::size_t>(robot_a), b = static_cast<std::size_t>(robot_b);
   const auto& arm_a = model_.arms[a];
   const auto& arm_b = model_.arms[b];
+  // Two robots face each other across the belt and rarely come within each other's bounds.
   if (robot_a != robot_b && !arm_a.bounds().meets(arm_b.bounds())) return;
   for (int s = 0; s < shape_count(arm_a); ++s) {
     for (int t = 0; t < shape_count(arm_b); ++t) {

@@ -9,8 +9,8 @@ namespace aprsim::physics {
 
 /// Contact of arm links with fixed things, with other arms and with each other. To the solver links
 /// are kinematic and take no force, so these follow the penalty law of
-/// world/robot/servo/contact_law.hpp (spring, damper and regularised Coulomb friction). What
-/// overlaps at the start is exempt for good: neighbouring links, a base in its pedestal.
+/// world/robot/servo/contact_law.hpp (spring, damper and regularised Coulomb friction). Shapes that
+/// overlap at the start are exempt for good: neighbouring links, a base in its pedestal.
 class ArmPenalty {
  public:
   explicit ArmPenalty(PhysicsModel& model);

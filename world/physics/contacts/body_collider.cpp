@@ -7,76 +7,79 @@
 
 #include "world/physics/collision/pairs/narrow_phase.hpp"
 #include "world/physics/collision/speculative/hull_gap.hpp"
-#include "world/physics/collision/speculative/look_ahead.hpp"
+#include "world/physics/collision/speculative/speculative_contacts.hpp"
 #include "world/scene/model/part_shapes.hpp"
 
 namespace aprsim::physics {
 namespace {
 
-/// A body whose way is shorter does not move as far as contacts go; one falls as far in a step [m].
-constexpr double kLeastWay = 1e-5;
-/// A body that follows a finger by a longer way, in as many steps as are looked ahead, may strike
-/// it [m].
-constexpr double kFollows = 1e-4;
-/// Bodies that may touch, as far as one knows.
+/// A smaller displacement counts as none for contact detection; a body falls as far in a step [m].
+constexpr double kMinDisplacement = 1e-5;
+/// Displacement over the prediction horizon from which a body that follows a finger may hit it [m].
+constexpr double kFollowingDisplacement = 1e-4;
+/// Lower bound of the distance of bodies that are not bounded otherwise.
 constexpr double kNoGap = 0;
 /// The cup's solid stands on the lip, against the approach.
 const Eigen::Isometry3d kLipToSolid(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()));
 
-/// Removes contacts from `known` on that are unwanted beside those from `first` on.
-void drop_unwanted(std::size_t first, std::size_t known, std::vector<Contact>& out) {
+/// Removes contacts from `known` on that duplicate one of those from `first` on.
+void drop_duplicates(std::size_t first, std::size_t known, std::vector<Contact>& out) {
   const auto at = [&](std::size_t i) { return out.begin() + static_cast<std::ptrdiff_t>(i); };
-  const auto unwanted = [&](const Contact& contact) {
+  const auto duplicate = [&](const Contact& contact) {
     return std::any_of(at(first), at(known),
-                       [&](const Contact& other) { return is_unwanted(contact, other); });
+                       [&](const Contact& other) { return is_duplicate(contact, other); });
   };
-  out.erase(std::remove_if(at(known), out.end(), unwanted), out.end());
+  out.erase(std::remove_if(at(known), out.end(), duplicate), out.end());
 }
 
-/// How fast any point of a body may be, seen from another, by sums instead of roots: at most.
-double fastest(const Moving& body, const Moving& other) {
+/// Upper bound of the speed of any point of a body relative to another.
+double max_relative_speed(const BodyVelocity& body, const BodyVelocity& other) {
+  // The 1-norm bounds the 2-norm from above: no square root for the many pairs at rest.
   const auto size = [](const Eigen::Vector3d& v) { return v.cwiseAbs().sum(); };
   const double other_turn = size(other.omega_W);
   return size(body.v_W) + size(other.v_W) + other_turn * size(body.p_W - other.p_W) +
          body.reach_m * (size(body.omega_W) + other_turn);
 }
 
-/// A cup's lip rubs as a pad does: marks the contacts from `first` on.
-void as_pad(std::size_t first, std::vector<Contact>& out) {
+/// Marks the contacts from `first` on as those of a pad: a cup's lip has a pad's friction.
+void mark_as_pad(std::size_t first, std::vector<Contact>& out) {
   for (std::size_t i = first; i < out.size(); ++i) out[i].pair = SurfacePair::kPadGear;
 }
 
-Moving moving(const FreeBody& body) {
+BodyVelocity velocity_of(const FreeBody& body) {
   return {body.com_W(), body.v_com_W, body.omega_W, body.radius_m};
 }
 
-/// Looks on the way of what falls besides: what stands on an edge keeps both of its ends. Slow ones
-/// are looked at without the fall as well, for what brings one contact nearer takes another away.
+/// Detects contacts of a body that also falls, so that a body standing on an edge keeps both ends.
+/// Slow bodies are also tested without the fall: it closes some contacts and opens others.
 template <class Generate>
-void find_falling(const Way& way, double fall_m, double gap_m, std::vector<Contact>& out,
-                  const Generate& generate) {
+void find_with_fall(const Displacement& motion, double fall_m, double gap_m,
+                    std::vector<Contact>& out, const Generate& generate) {
   constexpr double kSlow = 2;  // times the fall
-  Way fallen = way;
-  fallen.shift_W.z() += fall_m;
+  Displacement falling = motion;
+  // Free fall over the look-ahead: a body about to tip has a contact that opens and one that
+  // closes.
+  falling.translation_W.z() += fall_m;
   const std::size_t first = out.size();
-  find_ahead(fallen, gap_m, out, generate);
-  if (fall_m == 0 || way.longest_m() > kSlow * std::abs(fall_m)) return;
+  // Contacts of the plain prediction are added beside those of the falling one, without duplicates.
+  find_speculative_contacts(falling, gap_m, out, generate);
+  if (fall_m == 0 || motion.max_m() > kSlow * std::abs(fall_m)) return;
   const std::size_t known = out.size();
-  find_ahead(way, gap_m, out, generate);
-  drop_unwanted(first, known, out);
+  find_speculative_contacts(motion, gap_m, out, generate);
+  drop_duplicates(first, known, out);
 }
 
 }  // namespace
 
 BodyCollider::BodyCollider(const PhysicsModel& model)
     : model_(model),
-      kept_(model.bodies.size()),
+      cache_(model.bodies.size()),
       pressed_(model.bodies.size(), 0),
       box_(OdeGeom::box(Eigen::Vector3d::Ones())),
       cylinder_(OdeGeom::cylinder(1, 1)) {}
 
-/// Trays under pressed gears follow as these are looked at.
-void BodyCollider::note_pressed(const std::vector<ContactConstraint>& constraints) {
+/// Trays under pressed gears are marked when the gears' contacts are detected.
+void BodyCollider::mark_pressed(const std::vector<ContactConstraint>& constraints) {
   std::fill(pressed_.begin(), pressed_.end(), 0);
   const auto note = [this](BodyIndex presses, BodyIndex body) {
     if (model_.ids.is_gripper(presses) && model_.ids.is_free(body)) press(body);
@@ -87,25 +90,32 @@ void BodyCollider::note_pressed(const std::vector<ContactConstraint>& constraint
   }
 }
 
-/// The way of a body seen from another; none if it is slow.
-Way BodyCollider::seen_from(const Moving& other, const Moving& body) const {
+/// Displacement of a body relative to another over the prediction horizon; none if it is slow.
+Displacement BodyCollider::displacement_relative_to(const BodyVelocity& other,
+                                                    const BodyVelocity& body) const {
   constexpr double kSurely = 0.99;
-  if (fastest(body, other) * model_.step_s * kStepsAhead < kSurely * kLeastWay) return {};
-  const Way in_step = way_of(body, other, model_.step_s);
+  // Motion below the threshold is treated as rest, which makes the pair eligible for the contact
+  // cache.
+  if (max_relative_speed(body, other) * model_.step_s * kLookaheadSteps <
+      kSurely * kMinDisplacement)
+    return {};
+  const Displacement in_step = relative_displacement(body, other, model_.step_s);
+  // Look-ahead is chosen for the full step, so that substeps see the same horizon.
   const double parts = model_.scene.physics.step_s / model_.step_s;
-  const Way way = in_step.over(steps_ahead(parts * in_step.longest_m()));
-  return way.longest_m() < kLeastWay ? Way{} : way;
+  const Displacement motion = in_step.scaled(lookahead_steps(parts * in_step.max_m()));
+  return motion.max_m() < kMinDisplacement ? Displacement{} : motion;
 }
 
-/// How far along z a body falls on that way, seen from another: down where it lies above, up where
-/// it is below, for then the other falls on it. `n_W`: the axis between their hulls, from the
-/// other; where they are side by side it does not tell.
-double BodyCollider::fall_on(const Way& way, const Eigen::Vector3d& n_W) const {
+/// Fall along z during the displacement, relative to the other body: down if it lies above, up if
+/// below, since then the other one falls. `n_W`: the axis between their hulls, from the other one.
+/// Bodies beside each other have none.
+double BodyCollider::fall_towards(const Displacement& motion, const Eigen::Vector3d& n_W) const {
   constexpr double kBeside = 0.5;
   if (std::abs(n_W.z()) < kBeside) return 0;
+  // Semi-implicit Euler moves a falling body by g h^2 in the first step.
   const double h = model_.step_s;
-  const double fall =
-      way.longest_m() > 0 ? way.steps * model_.scene.physics.gravity_m_s2 * h * h : kLeastWay;
+  const double fall = motion.max_m() > 0 ? motion.steps * model_.scene.physics.gravity_m_s2 * h * h
+                                         : kMinDisplacement;
   return n_W.z() < 0 ? fall : -fall;
 }
 
@@ -128,41 +138,46 @@ void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
   // A virtual joint stands for their contacts.
   if (model_.simplification.joined(upper_index, lower_index)) return;
   const std::size_t before = out.size();
-  Way way = seen_from(moving(lower), moving(upper));
-  const KeptContacts::Pair pair{upper_index, lower_index, &upper, &lower};
-  const bool still = way.longest_m() == 0 && !upper.is_tool() && !is_pressed(upper_index);
-  if (still && kept_.append(pair, out)) return;
+  Displacement motion = displacement_relative_to(velocity_of(lower), velocity_of(upper));
+  const ContactCache::Pair pair{upper_index, lower_index, &upper, &lower};
+  // Pressed bodies are excluded: their look-ahead into the support changes with the grip.
+  const bool still = motion.max_m() == 0 && !upper.is_tool() && !is_pressed(upper_index);
+  if (still && cache_.append(pair, out)) return;
   const HullGap gap = gap_between(upper, lower);
+  // A gear at rest in a tray needs no fall: its contacts are within the penetration slop.
   // On trays gears stand on points that stay.
   const bool on_tray = lower.is_tray() && !upper.is_tray() && !upper.is_tool();
-  const double fall = on_tray && way.longest_m() == 0 ? 0 : fall_on(way, gap.n_W);
+  const double fall = on_tray && motion.max_m() == 0 ? 0 : fall_towards(motion, gap.n_W);
   if (upper.is_tool()) {
-    find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
+    find_with_fall(motion, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
       tool_on_free(upper_index, D, lower_index, out);
     });
   } else if (upper.is_tray()) {
-    find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
+    find_with_fall(motion, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
       box_box(upper.slab_size, D * upper.X_WS(), lower.slab_size, lower.X_WS(), upper_index,
               lower_index, SurfacePair::kTrayTray, out);
     });
   } else if (lower.is_tray()) {
-    if (is_pressed(upper_index)) way.shift_W -= kSinkAhead * gap.n_W;
-    find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
+    // A gripped gear is pressed down by the palm; contacts must exist before it moves, or it would
+    // sink first.
+    if (is_pressed(upper_index)) motion.translation_W -= kPressLookahead * gap.n_W;
+    find_with_fall(motion, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
       gear_tray(upper.gear_shape, D * upper.X_WB, *lower.tray, lower.X_WB, upper_index, lower_index,
                 out);
     });
     // A pressed gear presses the tray on.
     if (out.size() > before && is_pressed(upper_index)) press(lower_index);
   } else {
-    find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
+    find_with_fall(motion, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
       gear_gear(upper.gear_shape, D * upper.X_WB, lower.gear_shape, lower.X_WB, upper_index,
                 lower_index, out);
     });
   }
-  if (still) kept_.keep(pair, out, before);
+  if (still) cache_.store(pair, out, before);
 }
 
-/// Blocks as boxes, but for the pads that meet a peg: its V grooves hold it. `D`: see find_ahead.
+/// Blocks are boxes, except the fingers' pads, whose V grooves hold a peg. `D`: see
+/// find_speculative_contacts().
 void BodyCollider::tool_on_free(int tool, const Eigen::Isometry3d& D, int other_index,
                                 std::vector<Contact>& out) const {
   const auto& hand = model_.body(tool);
@@ -185,6 +200,8 @@ void BodyCollider::tool_on_free(int tool, const Eigen::Isometry3d& D, int other_
       // A gripper without a robot has no pad friction of its own.
       for (std::size_t k = first; k < out.size(); ++k) out[k].pair = SurfacePair::kRobotAny;
     } else {
+      // Boxes generate normals into the gear; here the tool is the first body, so that they are
+      // flipped.
       const std::size_t first = out.size();
       gear_box(other.gear_shape, other.X_WB, size, X_WS, other_index, tool, SurfacePair::kRobotAny,
                out);
@@ -196,17 +213,19 @@ void BodyCollider::tool_on_free(int tool, const Eigen::Isometry3d& D, int other_
   }
 }
 
-/// A finger that moves along its rail may be at its end within the step, and what it flees from
-/// goes on: the way of one that stands, seen from a part that is fast enough to strike it then.
-Way BodyCollider::standing_finger_way(const GripperMechanism& hand, int p,
-                                      const Moving& part) const {
-  Moving finger = hand.moving(p);
-  const Eigen::Vector3d v_W = hand.moving(0).velocity_at(finger.p_W);
-  if ((finger.v_W - v_W).norm() * model_.step_s < kLeastWay) return {};
+/// A finger may stop at its end stop during the step. This is the displacement of a stopped finger
+/// relative to a part that is fast enough to hit it then; else none.
+Displacement BodyCollider::stopped_finger_displacement(const GripperMechanism& hand, int p,
+                                                       const BodyVelocity& part) const {
+  BodyVelocity finger = hand.part_velocity(p);
+  const Eigen::Vector3d v_W = hand.part_velocity(0).velocity_at(finger.p_W);
+  if ((finger.v_W - v_W).norm() * model_.step_s < kMinDisplacement) return {};
+  // Alternative prediction: the finger moves with its palm only.
   finger.v_W = v_W;
-  const Way way = way_of(finger, part, model_.step_s).over(kStepsAhead);
+  const Displacement motion =
+      relative_displacement(finger, part, model_.step_s).scaled(kLookaheadSteps);
   const double share = model_.scene.physics.step_s / model_.step_s;
-  return share * way.longest_m() < kFollows ? Way{} : way;
+  return share * motion.max_m() < kFollowingDisplacement ? Displacement{} : motion;
 }
 
 /// Tools and trays are boxes to a gripper; of a gear, fingers meet the peg with their pads.
@@ -230,29 +249,33 @@ void BodyCollider::gripper_on_free(int robot, int p, int body, std::vector<Conta
   }
 }
 
-/// The way of a gripper's part in as many steps as are looked ahead; none if it is short.
-Way BodyCollider::way_of_part(const PartOnBody& pair, double least_m) const {
-  const Way way =
-      way_of(pair.hand.moving(pair.part), moving(pair.free), model_.step_s).over(kStepsAhead);
-  return way.longest_m() < least_m ? Way{} : way;
+/// Displacement of a gripper's part over the prediction horizon; none if it is shorter than
+/// `least_m`.
+Displacement BodyCollider::part_displacement(const PartOnBody& pair, double least_m) const {
+  const Displacement motion = relative_displacement(pair.hand.part_velocity(pair.part),
+                                                    velocity_of(pair.free), model_.step_s)
+                                  .scaled(kLookaheadSteps);
+  return motion.max_m() < least_m ? Displacement{} : motion;
 }
 
 void BodyCollider::part_on_tray(const PartOnBody& pair, std::vector<Contact>& out) const {
   const GripperPart& box = pair.hand.parts().part(pair.part);
-  find_ahead(way_of_part(pair, kLeastWay), kNoGap, out, [&](const Eigen::Isometry3d& D) {
-    box_box(box.size, D * box.X_WS, pair.free.slab_size, pair.free.X_WS(), pair.part_id, pair.body,
-            SurfacePair::kRobotAny, out);
-  });
+  find_speculative_contacts(part_displacement(pair, kMinDisplacement), kNoGap, out,
+                            [&](const Eigen::Isometry3d& D) {
+                              box_box(box.size, D * box.X_WS, pair.free.slab_size, pair.free.X_WS(),
+                                      pair.part_id, pair.body, SurfacePair::kRobotAny, out);
+                            });
 }
 
 void BodyCollider::cup_on_tray(const PartOnBody& pair, std::vector<Contact>& out) const {
   const GripperParts& parts = pair.hand.parts();
   const std::size_t first = out.size();
-  find_ahead(way_of_part(pair, kLeastWay), kNoGap, out, [&](const Eigen::Isometry3d& D) {
-    gear_tray(parts.cup_solid(), D * parts.X_WT() * kLipToSolid, *pair.free.tray, pair.free.X_WB,
-              pair.part_id, pair.body, out);
-  });
-  as_pad(first, out);
+  find_speculative_contacts(
+      part_displacement(pair, kMinDisplacement), kNoGap, out, [&](const Eigen::Isometry3d& D) {
+        gear_tray(parts.cup_solid(), D * parts.X_WT() * kLipToSolid, *pair.free.tray,
+                  pair.free.X_WB, pair.part_id, pair.body, out);
+      });
+  mark_as_pad(first, out);
 }
 
 /// The lip's rim as that of a solid of revolution.
@@ -261,37 +284,42 @@ void BodyCollider::cup_on_gear(const PartOnBody& pair, std::vector<Contact>& out
   const std::size_t first = out.size();
   gear_gear(parts.cup_solid(), parts.X_WT() * kLipToSolid, pair.free.gear_shape, pair.free.X_WB,
             pair.part_id, pair.body, out);
-  as_pad(first, out);
+  mark_as_pad(first, out);
 }
 
 void BodyCollider::pad_on_gear(const PartOnBody& pair, std::vector<Contact>& out) const {
   const GripperParts& parts = pair.hand.parts();
   const int finger = pair.part - 1;
-  // A closing finger is looked ahead along its own way.
-  Way way = way_of_part(pair, kPadAhead);
-  if (!pair.hand.idle() && way.longest_m() == 0) way.shift_W = kPadAhead * parts.closing_W(finger);
+  // The direction of closing is known even for a finger at rest, whose piston may start in this
+  // step.
+  // A closing finger is predicted along its own direction.
+  Displacement motion = part_displacement(pair, kPadLookahead);
+  if (!pair.hand.idle() && motion.max_m() == 0)
+    motion.translation_W = kPadLookahead * parts.closing_W(finger);
   const auto pad = [&](const Eigen::Isometry3d& D) {
     pad_gear(parts.pad(), D * parts.X_WD(finger), pair.free.gear_shape, pair.free.X_WB,
              pair.part_id, pair.body, out);
   };
   const std::size_t first = out.size();
-  find_ahead(way, kNoGap, out, pad);
-  const Way standing = standing_finger_way(pair.hand, pair.part, moving(pair.free));
-  if (standing.longest_m() == 0) return;
+  find_speculative_contacts(motion, kNoGap, out, pad);
+  const Displacement standing =
+      stopped_finger_displacement(pair.hand, pair.part, velocity_of(pair.free));
+  if (standing.max_m() == 0) return;
   const std::size_t known = out.size();
-  find_ahead(standing, kNoGap, out, pad);
-  drop_unwanted(first, known, out);
+  find_speculative_contacts(standing, kNoGap, out, pad);
+  drop_duplicates(first, known, out);
 }
 
 void BodyCollider::palm_on_gear(const PartOnBody& pair, std::vector<Contact>& out) const {
   const GripperPart& box = pair.hand.parts().part(pair.part);
   const FreeBody& gear = pair.free;
-  const Way way = seen_from(pair.hand.moving(pair.part), moving(gear));
-  find_falling(way, fall_on(way, Eigen::Vector3d::UnitZ()), kNoGap, out,
-               [&](const Eigen::Isometry3d& D) {
-                 gear_box(gear.gear_shape, D * gear.X_WB, box.size, box.X_WS, pair.body,
-                          pair.part_id, SurfacePair::kRobotAny, out);
-               });
+  const Displacement motion =
+      displacement_relative_to(pair.hand.part_velocity(pair.part), velocity_of(gear));
+  find_with_fall(motion, fall_towards(motion, Eigen::Vector3d::UnitZ()), kNoGap, out,
+                 [&](const Eigen::Isometry3d& D) {
+                   gear_box(gear.gear_shape, D * gear.X_WB, box.size, box.X_WS, pair.body,
+                            pair.part_id, SurfacePair::kRobotAny, out);
+                 });
 }
 
 /// Collides primitives: a gear as its three cylinders, a tray as its slab, a tool as its blocks.
@@ -299,6 +327,7 @@ void BodyCollider::link_on_free(const ArmShape& shape, BodyIndex link, int body,
                                 std::vector<Contact>& out) {
   const auto& free = model_.body(body);
   const auto collide = [&](OdeGeom& geom, const Eigen::Isometry3d& X_WS) {
+    // Links are kinematic and their contacts compliant, so that primitives are exact enough.
     geom.set_pose(X_WS);
     collide_geoms(geom, shape.geom, body, link, SurfacePair::kRobotAny, out);
   };
@@ -330,21 +359,22 @@ void BodyCollider::link_on_free(const ArmShape& shape, BodyIndex link, int body,
 void BodyCollider::free_on_fixed(int body, int shape_index, std::vector<Contact>& out) {
   const auto& free = model_.body(body);
   const StaticShape& shape = model_.fixed.shapes[static_cast<std::size_t>(shape_index)];
-  Moving support;
+  BodyVelocity support;
   if (shape.belt) support.v_W = model_.belt_speed_m_s * model_.fixed.belt_axis_W;
-  Way way = seen_from(support, moving(free));
+  Displacement motion = displacement_relative_to(support, velocity_of(free));
   const std::size_t before = out.size();
-  const KeptContacts::Pair pair{body, -1 - shape_index, &free};
+  // Fixed shapes have negative numbers in the cache; free bodies have their own.
+  const ContactCache::Pair pair{body, -1 - shape_index, &free};
   const bool still =
-      way.longest_m() == 0 && support.v_W.isZero(0) && !free.is_tool() && !is_pressed(body);
-  if (still && kept_.append(pair, out)) return;
+      motion.max_m() == 0 && support.v_W.isZero(0) && !free.is_tool() && !is_pressed(body);
+  if (still && cache_.append(pair, out)) return;
   HullGap gap{kNoGap, Eigen::Vector3d::UnitZ()};
   if (free.is_tray()) gap = box_box_gap(free.slab_size, free.X_WS(), shape.size, shape.X_WS);
   if (free.gear) gap = gear_box_gap(free.gear_shape, free.X_WB, shape.size, shape.X_WS);
-  const double fall = fall_on(way, gap.n_W);
-  if (is_pressed(body)) way.shift_W -= kSinkAhead * gap.n_W;
+  const double fall = fall_towards(motion, gap.n_W);
+  if (is_pressed(body)) motion.translation_W -= kPressLookahead * gap.n_W;
   if (free.is_tool()) {
-    find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
+    find_with_fall(motion, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
       for (const scene::Block& block : free.tool->blocks()) {
         box_box(block.size, D * free.X_WS(block), shape.size, shape.X_WS, body, kGround,
                 shape.belt ? SurfacePair::kTrayBelt : SurfacePair::kTrayGround, out);
@@ -354,18 +384,18 @@ void BodyCollider::free_on_fixed(int body, int shape_index, std::vector<Contact>
   }
   if (free.is_tray()) {
     const auto surfaces = shape.belt ? SurfacePair::kTrayBelt : SurfacePair::kTrayGround;
-    find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
+    find_with_fall(motion, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
       box_box(free.slab_size, D * free.X_WS(), shape.size, shape.X_WS, body, kGround, surfaces,
               out);
     });
   } else {
     const auto surfaces = shape.belt ? SurfacePair::kGearBelt : SurfacePair::kGearGround;
-    find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
+    find_with_fall(motion, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
       gear_box(free.gear_shape, D * free.X_WB, shape.size, shape.X_WS, body, kGround, surfaces,
                out);
     });
   }
-  if (still) kept_.keep(pair, out, before);
+  if (still) cache_.store(pair, out, before);
 }
 
 void BodyCollider::gripper_on_fixed(int robot, int p, const StaticShape& shape,

@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "world/physics/collision/speculative/hull_gap.hpp"
-#include "world/physics/collision/speculative/look_ahead.hpp"
-#include "world/physics/contacts/kept_contacts.hpp"
+#include "world/physics/collision/speculative/speculative_contacts.hpp"
+#include "world/physics/contacts/contact_cache.hpp"
 #include "world/physics/model/physics_model.hpp"
 
 namespace aprsim::physics {
@@ -12,14 +12,14 @@ namespace aprsim::physics {
 inline constexpr std::size_t kPairCapacity = 64;  ///< contacts of a pair to reserve for
 
 /// Narrow phase between bodies of the model: picks the exact geometry for a pair; ODE collides
-/// the primitives of links. Contacts are appended to `out`; depths are those of now, at most four
-/// points a surface. A gap that will close, or is looked ahead, has a negative depth. No call
-/// allocates once `out` has its capacity.
+/// the primitives of links. Contacts are appended to `out`, at most four points a surface. Depths
+/// are those of the present poses; speculative contacts have negative depths. No call allocates
+/// once `out` has its capacity.
 class BodyCollider {
  public:
-  // How far a closing pad, and a body pressed on its support, are looked ahead [m], so that they do
-  // not get stuck in each other first: a finger moves 0.3 mm in a step, a gear tips by less.
-  static constexpr double kPadAhead = 4e-4, kSinkAhead = 5e-5;
+  // Least prediction distance of a closing pad, and of a body pressed on its support [m]. Contacts
+  // then exist before they penetrate: a finger moves 0.3 mm in a step, a gear tips by less.
+  static constexpr double kPadLookahead = 4e-4, kPressLookahead = 5e-5;
 
   explicit BodyCollider(const PhysicsModel& model);
 
@@ -37,19 +37,20 @@ class BodyCollider {
   void gripper_on_gripper(int robot, int part, int other, int other_part,
                           std::vector<Contact>& out) const;
 
-  /// Bodies that a gripper touches, by the contacts found so far, and from now on the trays under
-  /// them: they are looked ahead on their supports.
-  void note_pressed(const std::vector<ContactConstraint>& constraints);
+  /// Marks bodies that a gripper touches, by the contacts found so far. Trays under them are marked
+  /// when their contacts are found. Marked bodies are predicted into their supports.
+  void mark_pressed(const std::vector<ContactConstraint>& constraints);
   [[nodiscard]] bool is_pressed(int body) const {
     return pressed_[static_cast<std::size_t>(body)] != 0;
   }
   /// Contacts of pairs of free bodies, and of these on fixed shapes.
-  [[nodiscard]] KeptContacts& kept() { return kept_; }
-  [[nodiscard]] const KeptContacts& kept() const { return kept_; }
+  [[nodiscard]] ContactCache& cache() { return cache_; }
+  [[nodiscard]] const ContactCache& cache() const { return cache_; }
 
  private:
-  [[nodiscard]] Way seen_from(const Moving& other, const Moving& body) const;
-  [[nodiscard]] double fall_on(const Way& way, const Eigen::Vector3d& n_W) const;
+  [[nodiscard]] Displacement displacement_relative_to(const BodyVelocity& other,
+                                                      const BodyVelocity& body) const;
+  [[nodiscard]] double fall_towards(const Displacement& motion, const Eigen::Vector3d& n_W) const;
   [[nodiscard]] HullGap gap_between(const FreeBody& upper, const FreeBody& lower) const;
   /// A part of a gripper and a free body.
   struct PartOnBody {
@@ -59,14 +60,14 @@ class BodyCollider {
     BodyIndex part_id;
     int body;
   };
-  [[nodiscard]] Way way_of_part(const PartOnBody& pair, double least_m) const;
+  [[nodiscard]] Displacement part_displacement(const PartOnBody& pair, double least_m) const;
   void part_on_tray(const PartOnBody& pair, std::vector<Contact>& out) const;
   void cup_on_tray(const PartOnBody& pair, std::vector<Contact>& out) const;
   static void cup_on_gear(const PartOnBody& pair, std::vector<Contact>& out);
   void pad_on_gear(const PartOnBody& pair, std::vector<Contact>& out) const;
   void palm_on_gear(const PartOnBody& pair, std::vector<Contact>& out) const;
-  [[nodiscard]] Way standing_finger_way(const GripperMechanism& hand, int p,
-                                        const Moving& part) const;
+  [[nodiscard]] Displacement stopped_finger_displacement(const GripperMechanism& hand, int p,
+                                                         const BodyVelocity& part) const;
   void press(int body) { pressed_[static_cast<std::size_t>(body)] = 1; }
   void tool_on_free(int tool, const Eigen::Isometry3d& D, int other,
                     std::vector<Contact>& out) const;
@@ -75,9 +76,9 @@ class BodyCollider {
   }
 
   const PhysicsModel& model_;
-  KeptContacts kept_;
+  ContactCache cache_;
   std::vector<char> pressed_;  // by body
-  OdeGeom box_, cylinder_;     // of whatever is looked at
+  OdeGeom box_, cylinder_;     // of the present body
 };
 
 }  // namespace aprsim::physics

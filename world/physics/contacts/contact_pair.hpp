@@ -7,9 +7,9 @@
 
 namespace aprsim::physics {
 
-/// Two things that touch.
+/// Two sides in contact.
 struct ContactPair {
-  std::uint64_t key = 0;  ///< of both sides: pairs are in its order
+  std::uint64_t key = 0;  ///< encodes both sides; pairs are sorted by it
   api::ContactSide first, second;
 
   /// See world/archive/archive.hpp.
@@ -20,10 +20,10 @@ struct ContactPair {
   }
 };
 
-/// All that touch, each pair once, by their keys.
+/// All pairs in contact, each once, sorted by key.
 struct ContactPairs {
   std::vector<ContactPair> all;
-  std::uint64_t version = 0;  ///< another one when they may be others
+  std::uint64_t version = 0;  ///< changes whenever the pairs may have changed
 };
 
 }  // namespace aprsim::physics

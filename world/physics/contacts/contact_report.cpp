@@ -27,15 +27,17 @@ void ContactReport::begin_step() {
   for (auto& list : forces_) list.clear();
 }
 
-void ContactReport::add_part(double share) {
+void ContactReport::add_substep(double share) {
   if (forces_.empty()) return;
+  // Impulse of the substep over the full step: the mean force that joint torques and force sensors
+  // see.
   for (const auto& constraint : model_.constraints) add_arm_forces(constraint, share);
   for (std::size_t r = 0; r < forces_.size(); ++r) add_suction(r, share);
 }
 
 void ContactReport::end_step(ArmPenalty& penalty) { penalty.find(forces_); }
 
-/// What a cup draws pulls at it as hard as it is pulled.
+/// Reaction of a cup's suction on its robot.
 void ContactReport::add_suction(std::size_t robot, double share) {
   const GripperMechanism& gripper = model_.grippers[robot];
   const Suction suction = gripper.suction();
@@ -44,14 +46,15 @@ void ContactReport::add_suction(std::size_t robot, double share) {
   ArmForce force;
   force.link = model_.arms[robot].links() - 1;
   force.p_W = X_WLip.translation();
+  // Reaction of the vacuum force on the cup, along the approach.
   force.f_W = share * suction.force_n * X_WLip.linear().col(2);
   force.partner = suction.body >= 0 ? side(suction.body, -1) : Side{};
   force.on_gripper = true;
   forces_[robot].push_back(force);
 }
 
-/// Of each arm that has the contact: at the flange when it is with the gripper, or at the link
-/// itself. Forces between a gripper's own parts are inside it.
+/// Adds the contact to each arm that has it: at the flange if it is with the gripper, else at the
+/// link. Forces between parts of one gripper are internal.
 void ContactReport::add_arm_forces(const ContactConstraint& constraint, double share) {
   const auto& contact = constraint.contact;
   const Eigen::Vector3d f_W = share * constraint.f_W;
@@ -75,6 +78,7 @@ void ContactReport::add_arm_forces(const ContactConstraint& constraint, double s
       on_gripper(f_W, ids.part_of(contact.a), contact.b, constraint.fixed, false);
     }
     if (b && !a) on_gripper(-f_W, ids.part_of(contact.b), contact.a, -1, false);
+    // Contacts of a held body are listed for observers, but load the arm only through the grip.
     const int held = model_.grippers[r].state().held_body;
     if (held >= 0 && contact.a == held && !b) {
       on_gripper(f_W, -1, contact.b, constraint.fixed, true);
@@ -147,13 +151,14 @@ void ContactReport::gather() {
     all_.push_back(
         {side(contact.a, -1), side(contact.b, constraint.fixed), contact.p_W, constraint.f_W});
   }
+  // Snapshots contain frozen contacts, too: observers cannot tell whether contacts are simplified.
   refresh_frozen();
   all_.insert(all_.end(), frozen_.begin(), frozen_.end());
   for (std::size_t r = 0; r < forces_.size(); ++r) {
     const int robot = static_cast<int>(r);
     for (const ArmForce& force : forces_[r]) {
       if (!force.penalty) continue;
-      // Of a pair of arms, either has the contact in its list.
+      // Both arms of a pair have the contact in their lists.
       if (force.partner.kind == Side::Kind::kRobot && force.partner.index < robot) continue;
       const Side own{Side::Kind::kRobot, robot, Side::kFirstLink + force.link};
       all_.push_back({own, force.partner, force.p_W, force.f_W});
@@ -161,9 +166,10 @@ void ContactReport::gather() {
   }
 }
 
-/// They change only when something falls asleep, wakes, merges, comes apart or is carried along.
+/// The list changes only when bodies fall asleep, wake, merge, unmerge or move with a carrier.
 void ContactReport::refresh_frozen() {
   const auto& simplification = model_.simplification;
+  // The list is cached. Its key changes whenever a frozen contact may have moved.
   const FrozenKey key{simplification.merged_contacts().version(),
                       simplification.sleeping_contacts().version(),
                       simplification.sleeping().belt_travel_m()};
@@ -179,12 +185,14 @@ void ContactReport::refresh_frozen() {
   frozen_known_ = !moving;
 }
 
-/// Where they were found, at the step's start, as all contacts.
+/// Positions are those at the start of the step, as for all contacts.
 void ContactReport::add_frozen(const FrozenContacts& frozen) {
   for (const FrozenContact& contact : frozen.settled()) {
     const Eigen::Isometry3d X_WA = model_.simplification.X_WB(contact.a);
     const FreeBody& body = model_.body(contact.a);
     const Eigen::Vector3d p = X_WA * contact.p_A;
+    // All other contacts are reported where the search found them, before the step moved the
+    // bodies. Frozen ones are shifted back by one step to match.
     const Eigen::Vector3d v =
         model_.simplification.velocity(contact.a) + body.omega_W.cross(p - X_WA * body.mass.com);
     frozen_.push_back({side(contact.a, -1), side(contact.b, contact.fixed), p - model_.step_s * v,
@@ -192,20 +200,22 @@ void ContactReport::add_frozen(const FrozenContacts& frozen) {
   }
 }
 
-/// By first side, then second side, robots first; of one pair as they were found. The sorting is
-/// done again only when the list has changed.
+/// Sorts by first side, then by second side, robots first; contacts of one pair keep their order.
+/// Sorting is skipped if the list of keys has not changed.
 void ContactReport::sort() {
   const auto code = [](const Side& side) {
     const std::uint64_t rank = side.kind == Side::Kind::kRobot  ? 0
                                : side.kind == Side::Kind::kBody ? 1
                                : side.kind == Side::Kind::kTool ? 2
                                                                 : 3;
+    // 26 bits per side, so that a pair fits into one 64-bit key.
     return rank << 24 | static_cast<std::uint64_t>(side.index) << 8 |
            static_cast<std::uint64_t>(side.part + 1);
   };
   keys_.clear();
   for (const auto& contact : all_)
     keys_.push_back(code(contact.first) << 26 | code(contact.second));
+  // Contact lists rarely change between steps; comparing keys is cheaper than sorting.
   if (keys_ == last_keys_) return;
   pairs_known_ = false;
   last_keys_ = keys_;

@@ -11,27 +11,26 @@
 
 namespace aprsim::physics {
 
-/// What the contacts of a step look like from outside: the forces on the arms, and the list of all
-/// contacts.
+/// Contacts of a step for observers: the forces on the arms, and the list of all contacts.
 class ContactReport {
  public:
   explicit ContactReport(const PhysicsModel& model);
 
   void begin_step();
-  /// After a part of a step, which is such a share of it: from the solved constraints. Forces are
-  /// means over the step.
-  void add_part(double share);
+  /// After a substep that is `share` of the step: adds its solved constraints. Forces are means
+  /// over the step.
+  void add_substep(double share);
   /// By the penalty law at the present poses.
   void end_step(ArmPenalty& penalty);
-  /// Forces on links, palm and fingers, with those of what they hold: its weight and inertia and
-  /// whatever it meets come through the pads.
+  /// Forces on links, palm and fingers. Weight, inertia and contacts of a held body act through the
+  /// pads.
   [[nodiscard]] std::span<const ArmForce> arm_forces(int robot) const {
     return forces_[static_cast<std::size_t>(robot)];
   }
   /// Replaces `out` by the contacts in the order of their sides, robots first, at most
   /// api::kMaxContacts: those of the last step, and those that contact simplification has frozen.
   void write(std::vector<api::ContactSnapshot>& out);
-  /// All pairs of the same list; the next write() does not look for it again.
+  /// All pairs of the same list; the next write() reuses it.
   [[nodiscard]] const ContactPairs& pairs();
 
   using State = std::vector<std::vector<ArmForce>>;  ///< by robot
@@ -39,7 +38,7 @@ class ContactReport {
   void restore(const State& state);
 
  private:
-  /// Of what the list of frozen contacts is a function.
+  /// Arguments of which the list of frozen contacts is a function.
   struct FrozenKey {
     std::uint64_t merged = 0, asleep = 0;
     double belt_travel_m = 0;
@@ -61,8 +60,8 @@ class ContactReport {
   std::vector<api::ContactSnapshot> frozen_;  // in the world
   FrozenKey frozen_key_;
   bool frozen_known_ = false;
-  bool fresh_ = false;                     // the list at hand is of now, by pairs()
-  std::vector<api::ContactSnapshot> all_;  // of the list at hand
+  bool fresh_ = false;                     // the list is that of the last step, by pairs()
+  std::vector<api::ContactSnapshot> all_;  // the present list
   ContactPairs pairs_;
   bool pairs_known_ = false;
   std::vector<std::uint64_t> keys_, last_keys_, order_;

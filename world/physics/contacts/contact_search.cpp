@@ -11,7 +11,7 @@ ContactSearch::ContactSearch(PhysicsModel& model)
       wake_search_(model, collider_),
       first_pair_(model.bodies.size()) {
   found_.reserve(kPairCapacity);
-  released_.reserve(model.bodies.size());
+  unmerged_.reserve(model.bodies.size());
   sorted_roots_.reserve(model.bodies.size());
   boxes_.reserve(model.bodies.size());
   pairs_.reserve(8 * model.bodies.size());
@@ -23,6 +23,7 @@ ContactSearch::ContactSearch(PhysicsModel& model)
     for (const auto& shape : model.arms[r].shapes()) {
       if (flange - shape.link < kSelfCollisionDistance) continue;
       bool overlaps = false;
+      // Overlap at the start means that the model's shapes are coarse there, not that they collide.
       for (int p = 0; p < GripperParts::kColliding; ++p) {
         overlaps = overlaps || model.grippers[r].parts().part(p).bounds.meets(shape.bounds);
       }
@@ -31,27 +32,30 @@ ContactSearch::ContactSearch(PhysicsModel& model)
   }
 }
 
-void ContactSearch::find(std::span<const char> looked_at) {
-  looked_at_ = looked_at;
+void ContactSearch::find(std::span<const char> searched) {
+  searched_ = searched;
   search();
-  // What a fault wakes or frees has contacts of its own.
+  // Terminates: each round wakes or frees at least one body.
+  // Bodies that a fault wakes or unmerges have contacts of their own.
   while (wake_search_.disturb_near_faults()) search();
 }
 
 void ContactSearch::search() {
-  // First who is awake, then robots, whose touch decides who is pressed, then free bodies.
+  // The list of constraints is rebuilt in every step; forces persist in StepSolver's warm start.
+  // First the waking, then robots, whose contacts decide which bodies are pressed, then free
+  // bodies.
   model_.constraints.clear();
-  released_.clear();
+  unmerged_.clear();
   wake_search_.wake_touched();
   for (int r = 0; r < static_cast<int>(model_.grippers.size()); ++r) find_for_robot(r);
-  collider_.note_pressed(model_.constraints);
+  collider_.mark_pressed(model_.constraints);
   find_pairs();
   for (const int body : model_.simplification.awake()) free_on_fixed(body);
-  release(released_);
+  unmerge(unmerged_);
 }
 
-bool ContactSearch::is_looked_at(int body) const {
-  return looked_at_.empty() || looked_at_[static_cast<std::size_t>(body)] != 0 ||
+bool ContactSearch::is_searched(int body) const {
+  return searched_.empty() || searched_[static_cast<std::size_t>(body)] != 0 ||
          collider_.is_pressed(body);
 }
 
@@ -79,6 +83,7 @@ double ContactSearch::of_pair(const scene::SurfacePairs& property, SurfacePair p
 }
 
 /// How the surfaces act on each other.
+/// Friction and restitution belong to a pair of surfaces, not to a single material.
 ContactSearch::Surfaces ContactSearch::surfaces_of(const Contact& contact) const {
   const auto& physics = model_.scene.physics;
   if (contact.pair == SurfacePair::kPadGear) {
@@ -98,7 +103,7 @@ void ContactSearch::add_found(int fixed_shape) {
   Surfaces surfaces;
   const Contact* last = nullptr;
   for (const Contact& contact : found_) {
-    // A frame level with the belt must not carry what stands on the belt.
+    // A frame level with the belt must not carry bodies on the belt.
     if (on_fixed && !belt && model_.fixed.under_belt(contact.p_W)) continue;
     if (last == nullptr || last->pair != contact.pair || last->a != contact.a) {
       surfaces = surfaces_of(contact);
@@ -111,7 +116,7 @@ void ContactSearch::add_found(int fixed_shape) {
     added.restitution = surfaces.restitution;
     added.rolling_m = surfaces.rolling_m;
     added.spinning_m = surfaces.spinning_m;
-    // Under what is caught the belt runs on.
+    // The belt runs on under a jammed body.
     added.belt = belt && !(model_.ids.is_free(contact.a) && model_.body(contact.a).jammed);
   }
   found_.clear();
@@ -121,6 +126,7 @@ void ContactSearch::add_found(int fixed_shape) {
 
 void ContactSearch::find_for_robot(int robot) {
   const auto& arm = model_.arms[static_cast<std::size_t>(robot)];
+  // Hierarchy of boxes: the whole gripper, a part, then the narrow phase.
   const Aabb reach = gripper(robot).parts().bounds().grown(WakeSearch::kNear);
   for (const int body : model_.simplification.awake()) {
     const Aabb& bounds = model_.body(body).bounds;
@@ -130,7 +136,7 @@ void ContactSearch::find_for_robot(int robot) {
         if (!part.grown(WakeSearch::kNear).meets(bounds)) continue;
         // Near a gripper nothing stays merged, touched or not.
         model_.simplification.disturb(body);
-        if (part.grown(BodyCollider::kPadAhead).meets(bounds)) gripper_on_free(robot, p, body);
+        if (part.grown(BodyCollider::kPadLookahead).meets(bounds)) gripper_on_free(robot, p, body);
       }
     }
     if (arm.shapes().empty() || !arm.bounds().meets(bounds)) continue;
@@ -200,8 +206,9 @@ void ContactSearch::gripper_on_robots(int robot, int p) {
 // ---- free bodies
 
 /// Sweep and prune along x over the composites' boxes (Ericson 2005, ch. 7.5); pairs are then
-/// looked at in a fixed order.
+/// processed in a fixed order.
 void ContactSearch::find_pairs() {
+  // Sort and sweep finds candidate pairs in O(n log n), close to O(n) with temporal coherence.
   sort_boxes();
   // All boxes that begin before this one ends.
   pairs_.clear();
@@ -209,7 +216,7 @@ void ContactSearch::find_pairs() {
     const Aabb& box = boxes_[i].bounds;
     for (std::size_t k = i + 1; k < boxes_.size(); ++k) {
       if (boxes_[k].bounds.min.x() > box.max.x()) break;
-      if (box.meets(boxes_[k].bounds)) note_pair(boxes_[i].root, boxes_[k].root);
+      if (box.meets(boxes_[k].bounds)) add_pair(boxes_[i].root, boxes_[k].root);
     }
   }
   for (const int a : model_.simplification.awake_roots()) {
@@ -239,10 +246,12 @@ void ContactSearch::sort_boxes() {
     }
     first_pair_[static_cast<std::size_t>(box.root)] = -1;
   }
+  // BodyGrouping are broken by body number, so that the order is unique.
   const auto is_before = [](const Box& a, const Box& b) {
     return std::pair(a.bounds.min.x(), a.root) < std::pair(b.bounds.min.x(), b.root);
   };
   if (!same) return std::sort(boxes_.begin(), boxes_.end(), is_before);
+  // Insertion sort is linear on a nearly sorted list (Ericson 2005, ch. 7.5).
   // Nearly in the order of the last step.
   for (std::size_t i = 1; i < boxes_.size(); ++i) {
     if (is_before(boxes_[i - 1], boxes_[i])) continue;
@@ -256,7 +265,9 @@ void ContactSearch::sort_boxes() {
 }
 
 /// Each body's partners of higher numbers, ascending.
-void ContactSearch::note_pair(int a, int b) {
+void ContactSearch::add_pair(int a, int b) {
+  // The sweep finds pairs in order of position; solving needs an order that does not change while
+  // bodies move.
   const auto [low, high] = std::minmax(a, b);
   int* before = &first_pair_[static_cast<std::size_t>(low)];
   while (*before >= 0 && pairs_[static_cast<std::size_t>(*before)].body < high) {
@@ -266,28 +277,29 @@ void ContactSearch::note_pair(int a, int b) {
   pairs_.push_back({high, next});
 }
 
-/// A member of a composite that something else touches is no longer carried by its parent alone.
+/// A member of a composite that something else touches is unmerged: it has a second support.
 void ContactSearch::composites_on_each_other(int a, int b) {
   const auto& composites = model_.simplification.composites();
   for (int i = a; i >= 0; i = composites.next(i)) {
     for (int k = b; k >= 0; k = composites.next(k)) {
-      if (!is_looked_at(i) && !is_looked_at(k)) continue;
+      if (!is_searched(i) && !is_searched(k)) continue;
       if (!model_.body(i).bounds.meets(model_.body(k).bounds)) continue;
       collider_.free_on_free(i, k, found_);
       if (found_.empty()) continue;
       add_found(-1);
       for (const int member : {i, k}) {
-        if (composites.parent(member) >= 0) released_.push_back(member);
+        if (composites.parent(member) >= 0) unmerged_.push_back(member);
       }
     }
   }
 }
 
-void ContactSearch::release(std::span<const int> members) {
+void ContactSearch::unmerge(std::span<const int> members) {
   for (const int member : members) {
     const int parent = model_.simplification.composites().parent(member);
-    if (parent < 0) continue;  // released already
-    model_.simplification.release(member);
+    if (parent < 0) continue;  // unmerged already
+    model_.simplification.unmerge(member);
+    // The contact to the parent was frozen while merged, and is searched again.
     // By the rule of composites it touches nothing else, save what has been found already.
     collider_.free_on_free(member, parent, found_);
     add_found(-1);
@@ -295,9 +307,10 @@ void ContactSearch::release(std::span<const int> members) {
 }
 
 void ContactSearch::free_on_fixed(int body) {
-  if (!is_looked_at(body)) return;
-  const Aabb reach =
-      model_.body(body).bounds.grown(collider_.is_pressed(body) ? BodyCollider::kSinkAhead : 0);
+  if (!is_searched(body)) return;
+  // Bounds contain the look-ahead of free motion; a pressed body needs that of pressing as well.
+  const Aabb reach = model_.body(body).bounds.grown(
+      collider_.is_pressed(body) ? BodyCollider::kPressLookahead : 0);
   const std::size_t before = model_.constraints.size();
   for (std::size_t i = 0; i < model_.fixed.shapes.size(); ++i) {
     const auto& shape = model_.fixed.shapes[i];
@@ -306,7 +319,7 @@ void ContactSearch::free_on_fixed(int body) {
     add_found(static_cast<int>(i));
   }
   const bool merged = model_.simplification.composites().parent(body) >= 0;
-  if (merged && model_.constraints.size() > before) released_.push_back(body);
+  if (merged && model_.constraints.size() > before) unmerged_.push_back(body);
 }
 
 }  // namespace aprsim::physics

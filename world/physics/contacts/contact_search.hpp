@@ -9,22 +9,21 @@
 namespace aprsim::physics {
 
 /// Finds the contacts of a step: broad phase by sweep and prune over tight axis-aligned boxes, the
-/// narrow phase is BodyCollider's. Sleeping groups are only looked at where something that moves is
-/// in their box; whatever touches them wakes them, and frees merged bodies, in the same step, and
-/// so does a fault next to them (WakeSearch). No call allocates after warm-up. The order is fixed
-/// by body numbers.
+/// narrow phase is BodyCollider's. Sleeping groups are only tested where a moving body is in their
+/// box. A touch wakes them and unmerges bodies in the same step, and so does a fault next to them
+/// (WakeSearch). No call allocates after warm-up. The order is fixed by body numbers.
 class ContactSearch {
  public:
   explicit ContactSearch(PhysicsModel& model);
 
-  /// Fills model.constraints. By body, if it is given: 0 for one that is looked at only where it
-  /// meets one that is not, or is pressed.
-  void find(std::span<const char> looked_at = {});
-  /// Releases merged bodies from their parents and adds their contacts with these.
-  void release(std::span<const int> members);
-  /// From one step to the next.
-  [[nodiscard]] KeptContacts& kept() { return collider_.kept(); }
-  [[nodiscard]] const KeptContacts& kept() const { return collider_.kept(); }
+  /// Fills model.constraints. `searched`, if given, is by body: a pair without a marked body is
+  /// skipped, unless one of the two is pressed.
+  void find(std::span<const char> searched = {});
+  /// Unmerges bodies from their parents and adds their contacts with these.
+  void unmerge(std::span<const int> members);
+  /// Cached manifolds of the last step.
+  [[nodiscard]] ContactCache& cache() { return collider_.cache(); }
+  [[nodiscard]] const ContactCache& cache() const { return collider_.cache(); }
 
  private:
   void search();
@@ -35,7 +34,7 @@ class ContactSearch {
   void link_on_free(int robot, const ArmShape& shape, int body);
   void find_pairs();
   void sort_boxes();
-  void note_pair(int a, int b);
+  void add_pair(int a, int b);
   void composites_on_each_other(int a, int b);
   void free_on_fixed(int body);
   void add_found(int fixed_shape);
@@ -45,7 +44,7 @@ class ContactSearch {
   };
   [[nodiscard]] static double of_pair(const scene::SurfacePairs& property, SurfacePair pair);
   [[nodiscard]] Surfaces surfaces_of(const Contact& contact) const;
-  [[nodiscard]] bool is_looked_at(int body) const;
+  [[nodiscard]] bool is_searched(int body) const;
   [[nodiscard]] bool may_touch_link(int robot, int other, int link) const;
   [[nodiscard]] GripperMechanism& gripper(int robot) {
     return model_.grippers[static_cast<std::size_t>(robot)];
@@ -54,16 +53,16 @@ class ContactSearch {
   PhysicsModel& model_;
   BodyCollider collider_;
   WakeSearch wake_search_;
-  std::span<const char> looked_at_;  // by body; empty = all are
-  std::vector<Contact> found_;       // of the pair at hand
-  std::vector<int> released_;        // in this step
+  std::span<const char> searched_;  // by body; empty = all
+  std::vector<Contact> found_;      // of the present pair
+  std::vector<int> unmerged_;       // in this step
   struct Box {
     Aabb bounds;
     int root = -1;
   };
   std::vector<Box> boxes_;         // about composites, by their low x
   std::vector<int> sorted_roots_;  // those of the boxes, ascending
-  /// What may meet a body.
+  /// A body that may touch another one.
   struct Partner {
     int body = -1;
     int next = -1;  // of the same body's

@@ -6,10 +6,10 @@
 /// is attached: a part is held against the lip by contact and friction under the suction's force.
 namespace aprsim::physics {
 
-/// After the contacts of a step are known, once: how each lip lies, and the vacuum that follows.
+/// Once a step, after contact search: updates seal and vacuum of each cup.
 void find_suction(PhysicsModel& model);
 
-/// Before each solution of the step: loads bodies and palms with the suction's forces.
+/// Before each solve of the step: loads bodies and palms with the suction forces.
 void apply_suction(PhysicsModel& model);
 
 }  // namespace aprsim::physics

@@ -24,6 +24,7 @@ void WakeSearch::wake_at_robot(int robot) {
   const auto& sleeping = model_.simplification.sleeping();
   const auto& arm = model_.arms[index];
   const Aabb reach = model_.grippers[index].parts().bounds().grown(kNear);
+  // Groups are collected first: waking changes the list that the loop runs over.
   work_.clear();  // groups
   for (const int group : sleeping.groups()) {
     const Aabb box = sleeping.box(group);
@@ -36,6 +37,7 @@ void WakeSearch::wake_at_robot(int robot) {
 bool WakeSearch::robot_at_group(int robot, int group) {
   auto& sleeping = model_.simplification.sleeping();
   const auto& gripper = model_.grippers[static_cast<std::size_t>(robot)];
+  // A sleeping group's poses are only valid after this update: they follow the belt lazily.
   sleeping.sync_poses(group);
   bool hit = false;
   for (int body = sleeping.first(group); body >= 0 && !hit; body = sleeping.next(body)) {
@@ -61,6 +63,7 @@ void WakeSearch::wake_at_awake() {
   work_.assign(awake.begin(), awake.end());
   for (std::size_t next = 0; next < work_.size(); ++next) {
     const int body = work_[next];
+    // Breadth-first: a woken body is appended, and may wake further groups.
     const auto groups = sleeping.groups();
     // Backwards, for the list shrinks.
     for (std::size_t k = groups.size(); k > 0; --k) {
@@ -91,6 +94,8 @@ bool WakeSearch::touches_group(int body, int group) {
 
 bool WakeSearch::disturb_near_faults() {
   bool changed = false;
+  // A fault is a penetration beyond kFaultDepth. The bodies will be pushed apart fast, and may hit
+  // sleeping neighbours that the search has left out.
   for (const auto& constraint : model_.constraints) {
     if (!is_fault(constraint, model_.ids)) continue;
     for (const int body : {constraint.contact.a, constraint.contact.b}) {

@@ -6,12 +6,12 @@
 
 namespace aprsim::physics {
 
-/// Wakes what sleeps and parts what is merged where something comes to it: a robot, an awake body,
-/// or bodies in a fault. No call allocates after warm-up. The order is fixed by body numbers.
+/// Wakes sleeping groups and unmerges bodies near a robot, an awake body or a faulty contact. No
+/// call allocates after warm-up. The order is fixed by body numbers.
 class WakeSearch {
  public:
-  // A gripper's part or a faulty body counts as next to another within this [m]: more than it moves
-  // in a step.
+  // Distance within which a gripper's part or a faulty body is near another one [m]: more than its
+  // displacement in a step.
   static constexpr double kNear = 2e-3;
 
   WakeSearch(PhysicsModel& model, BodyCollider& collider);
@@ -19,8 +19,8 @@ class WakeSearch {
   /// Wakes the groups that robots are at, those that awake bodies touch, and those that the woken
   /// ones touch.
   void wake_touched();
-  /// Bodies thrown out of each other may hit what lies next to them in the coming step: groups
-  /// there wake, composites there come apart. True if some did.
+  /// Bodies that penetrate deeply are pushed apart and may hit their neighbours in the coming step.
+  /// Groups near them wake, composites are unmerged. True if there were any.
   bool disturb_near_faults();
 
  private:
@@ -33,7 +33,7 @@ class WakeSearch {
 
   PhysicsModel& model_;
   BodyCollider& collider_;
-  std::vector<Contact> found_;  // of the pair at hand
+  std::vector<Contact> found_;  // of the present pair
   std::vector<int> work_, moved_;
 };
 

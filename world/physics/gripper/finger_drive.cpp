@@ -21,6 +21,8 @@ double throttled(double speed, double distance) {
 /// (cushioning).
 FingerDrive piston(const scene::Gripper& gripper, const Chambers& air, const FingerMotion& finger,
                    double end) {
+  // Force of both chambers. The nominal force is what remains after seal friction, so that friction
+  // is added first.
   const double gross = (gripper.force_n + gripper.friction_n) * (air.closing - air.opening);
   const double push = std::abs(gross) - gripper.friction_n;
   FingerDrive drive;
@@ -30,6 +32,8 @@ FingerDrive piston(const scene::Gripper& gripper, const Chambers& air, const Fin
   }
   const bool closing = gross > 0;
   const bool pushed_back = (closing ? finger.rate_m_s : -finger.rate_m_s) < -kPushedBack;
+  // Coulomb friction of the seals acts against the motion: it lowers the push and raises the force
+  // needed to push back, a hysteresis of 2 F.
   drive.piston_n = pushed_back ? push + 2 * gripper.friction_n : push;
   drive.speed_m_s = closing ? throttled(gripper.finger_speed_m_s, end - finger.travel_m)
                             : -throttled(gripper.finger_speed_m_s, finger.travel_m);
@@ -70,6 +74,7 @@ double full_pressure(const scene::Gripper& gripper) {
 void advance_air(const scene::Gripper& gripper, bool closing, double step_s, Chambers& air) {
   const double full = full_pressure(gripper);
   // First-order filling and venting, exact over the step.
+  // dp/dt = (p_end - p) / T has the solution p_end + (p - p_end) exp(-h / T).
   const double kept =
       gripper.fill_time_s > 0 ? std::exp(-step_s / (gripper.fill_time_s * full)) : 0;
   const double closing_end = closing ? full : 0, opening_end = closing ? 0 : full;
@@ -90,6 +95,8 @@ std::array<FingerDrive, 2> finger_drives(const scene::Gripper& gripper, bool clo
   std::array<FingerDrive, 2> drives;
   for (std::size_t i = 0; i < 2; ++i) drives[i] = piston(gripper, state.air, fingers[i], end_m);
   if (gripper.law == scene::GripperLaw::kMimicPid) {
+    // The baseline of the paper: the first finger by constant force, the second by a PID on the
+    // difference of travels.
     const double max_n = gripper.mimic.max_n > 0 ? gripper.mimic.max_n : gripper.force_n;
     drives[1] = {};
     drives[1].extra_n =

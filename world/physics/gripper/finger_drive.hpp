@@ -9,8 +9,8 @@
 /// Force laws of a parallel gripper: pure functions of the fingers' closing travels.
 namespace aprsim::physics {
 
-/// What drives one finger in one step: a piston that moves at most at `speed` (signed, closing
-/// positive) and pushes with at most `force`, and a further force along the closing direction.
+/// Drive of one finger in one step: a piston with a speed limit (signed, closing positive) and a
+/// force limit, and an additional force along the closing direction.
 struct FingerDrive {
   double speed_m_s = 0;
   double piston_n = 0;
@@ -55,7 +55,7 @@ void mimic_joint_forces(std::span<const FingerMotion> joints, const Single& sing
 void coupling_forces(std::span<const FingerMotion> fingers, double stiffness_n_m,
                      double damping_ns_m, std::span<double> on);
 
-/// What the mimic-joint controller integrates.
+/// State of the mimic-joint controller.
 struct MimicState {
   double integral_n = 0;  ///< its integral share [N]
 
@@ -68,8 +68,8 @@ struct MimicState {
 };
 
 /// PID force on a joint that is to follow another, from the difference of travels and of rates.
-/// Anti-windup: the integral share is bounded by `max_n` and stands still while the whole force is
-/// at that limit and the error would drive it on.
+/// Anti-windup: the integral share is bounded by `max_n`, and constant while the whole force is at
+/// that limit and the error would increase it.
 [[nodiscard]] double mimic_pid_force(const scene::MimicPid& gains, double max_n, double error_m,
                                      double error_rate_m_s, double step_s, MimicState& state);
 
@@ -89,10 +89,10 @@ struct Chambers {
 [[nodiscard]] double full_pressure(const scene::Gripper& gripper);
 /// The valve feeds one chamber and vents the other; both follow with the fill time, exactly.
 void advance_air(const scene::Gripper& gripper, bool closing, double step_s, Chambers& air);
-/// Has the force come within 1 % of what it will be?
+/// Whether the force is within 1 % of its final value.
 [[nodiscard]] bool air_is_steady(const scene::Gripper& gripper, bool closing, const Chambers& air);
 
-/// What the laws keep from step to step.
+/// State of the force laws.
 struct LawState {
   Chambers air;
   MimicState mimic;
@@ -106,11 +106,11 @@ struct LawState {
 };
 
 /// Drives of both fingers for a command (`closing`), with `end_m` the travel of the closed stop.
-/// The air is throttled near either end, as cushioned cylinders do; friction is taken off the
-/// piston's push and added to what it takes to push it back.
-/// kConstant: each piston for itself. kMimicPid: the first by its piston, the second by a PID on
-/// the difference of travels, as the mimic-joint plugin does. kCoupled: both pistons plus eq. 1-2.
-/// kLinkage: both pistons; the linkage itself is a constraint, not a force.
+/// The air is throttled near either end, as in cushioned cylinders. Friction reduces the push of
+/// the piston and increases the force that pushes it back. kConstant: each piston for itself.
+/// kMimicPid: the first by its piston, the second by a PID on the difference of travels, as the
+/// mimic-joint plugin does. kCoupled: both pistons plus eq. 1-2. kLinkage: both pistons; the
+/// linkage itself is a constraint, not a force.
 [[nodiscard]] std::array<FingerDrive, 2> finger_drives(const scene::Gripper& gripper, bool closing,
                                                        const std::array<FingerMotion, 2>& fingers,
                                                        double end_m, double step_s,

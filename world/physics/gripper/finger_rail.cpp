@@ -7,7 +7,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Sums run from the left, whatever order Eigen takes: travels are part of the bits of all runs.
+// Sums run from the left, independent of Eigen's order: travels are part of the reproducible bits.
 
 double dot(const Vector3d& a, const Vector3d& b) {
   return a.x() * b.x() + a.y() * b.y() + a.z() * b.z();
@@ -53,7 +53,8 @@ FingerMotion FingerRail::motion(const RigidBody& finger, const RigidBody& palm) 
           .rate_m_s = dot(axis, finger.v_W()) - dot(axis, palm.v_W())};
 }
 
-void FingerRail::push(RigidBody& finger, RigidBody& palm, double force_n) const {
+void FingerRail::apply_force(RigidBody& finger, RigidBody& palm, double force_n) const {
+  // Equal and opposite forces with equal torques conserve linear and angular momentum of the pair.
   const Vector3d force = force_n * axis_W(finger);
   const Vector3d torque = (0.5 * (palm.p_W() - finger.p_W())).cross(force);
   finger.add_load(force, torque);

@@ -18,7 +18,7 @@ class FingerRail {
   [[nodiscard]] FingerMotion motion(const RigidBody& finger, const RigidBody& palm) const;
   /// Loads both bodies with a force along the axis, closing positive, and its reaction. They act
   /// halfway between the centres of mass and leave no net torque.
-  void push(RigidBody& finger, RigidBody& palm, double force_n) const;
+  void apply_force(RigidBody& finger, RigidBody& palm, double force_n) const;
 
  private:
   [[nodiscard]] Eigen::Vector3d axis_W(const RigidBody& finger) const;

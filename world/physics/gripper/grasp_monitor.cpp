@@ -28,9 +28,9 @@ bool GraspMonitor::observe(const Observation& now, GripperState& state) {
   // A finger that waits for its air to build up is not settled.
   still_steps_ = still && now.at_full_force ? still_steps_ + 1 : 0;
   if (still_steps_ >= kStillSteps) state.settled = true;
-  watch_hold(now, still, state);
+  update_hold(now, still, state);
 
-  // Idle: at its end stop, unloaded, with nothing at it.
+  // Idle: at its end stop, unloaded and untouched.
   const bool at_stop = std::abs(motion[0].travel_m - now.stop_travel_m) < kShortOfStop &&
                        std::abs(motion[1].travel_m - now.stop_travel_m) < kShortOfStop;
   const bool rests = still && at_stop && !now.touched && state.settled &&
@@ -39,8 +39,9 @@ bool GraspMonitor::observe(const Observation& now, GripperState& state) {
   return idle_steps_ >= kIdleSteps;
 }
 
-/// Holding: both pads press on one body, at rest and short of the closed stop. Lost: no longer so.
-void GraspMonitor::watch_hold(const Observation& now, bool still, GripperState& state) {
+/// Holding: both pads press on one body, at rest and short of the closed stop. Lost: they do not
+/// press.
+void GraspMonitor::update_hold(const Observation& now, bool still, GripperState& state) {
   const PadForces& pads = now.pads;
   const double least = kHoldShare * now.force_n;
   const bool pressing = pads.body[0] >= 0 && pads.body[0] == pads.body[1] &&

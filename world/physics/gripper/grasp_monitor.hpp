@@ -7,16 +7,15 @@
 
 namespace aprsim::physics {
 
-/// What the pads met in one step.
+/// Contact forces on the pads in one step.
 struct PadForces {
   std::array<double, 2>
       closing_n{};                  ///< reaction of bodies on each pad along its closing direction
   std::array<int, 2> body{-1, -1};  ///< that each pad presses hardest, by body index
 };
 
-/// Decides from what can be measured of a gripper whether it is settled, holds a gear or a tray, or
-/// may be left alone (idle). Each needs some steps in a row. A value: copied with the gripper's
-/// state.
+/// Detects from measurable quantities whether a gripper is settled, holds a gear or a tray, or may
+/// become idle. Each needs some steps in a row. A value: copied with the gripper's state.
 class GraspMonitor {
  public:
   struct Observation {
@@ -29,11 +28,11 @@ class GraspMonitor {
     bool touched = false;        ///< by anything
   };
 
-  /// A new command: not settled until the fingers have come to rest anew.
+  /// A new command: not settled until the fingers are at rest again.
   void restart(GripperState& state);
-  /// Something is near: not to be left alone for a while.
+  /// A body is near: not idle for some steps.
   void stay_awake() { idle_steps_ = 0; }
-  /// Updates settled, holding and held_body. True when the gripper may be left alone.
+  /// Updates settled, holding and held_body. True if the gripper may become idle.
   bool observe(const Observation& now, GripperState& state);
 
   /// See world/archive/archive.hpp.
@@ -44,7 +43,7 @@ class GraspMonitor {
   }
 
  private:
-  void watch_hold(const Observation& now, bool still, GripperState& state);
+  void update_hold(const Observation& now, bool still, GripperState& state);
 
   int still_steps_ = 0, hold_steps_ = 0, lost_steps_ = 0, idle_steps_ = 0;
 };

@@ -9,8 +9,10 @@ GripperActuator::GripperActuator(const scene::Gripper& gripper) : settings_(grip
 }
 
 bool GripperActuator::command(double setting) {
+  // A pneumatic valve has two positions; a servo takes any opening.
   const double reached = is_servo() ? setting : setting > 0.5 ? 1 : 0;
   if (std::exchange(setting_, reached) == reached) return false;
+  // The integral of the old direction would push against the new one.
   law_.mimic = {};
   return true;
 }
@@ -36,6 +38,7 @@ bool GripperActuator::is_at_full_force() const {
 
 std::array<FingerDrive, 2> GripperActuator::advance(const std::array<FingerMotion, 2>& motion,
                                                     double closed_m, double step_s) {
+  // Wear slows the fingers, it does not weaken them.
   auto drives = is_servo() ? servo_drives(settings_, stop_travel_m(closed_m), motion)
                            : finger_drives(settings_, is_closing(), motion, closed_m, step_s, law_);
   for (std::size_t i = 0; i < 2; ++i) drives[i].speed_m_s *= wear_.finger_speed[i];

@@ -8,13 +8,12 @@
 
 namespace aprsim::physics {
 
-/// Command, force and air of a gripper, and what wear leaves of them: drives the fingers, or
-/// switches the ejector of a cup.
+/// Command, force, air and wear of a gripper: drives the fingers, or switches the ejector of a cup.
 class GripperActuator {
  public:
   explicit GripperActuator(const scene::Gripper& gripper);
 
-  /// 0 closed .. 1 open; a piston knows only these two. False if nothing changes.
+  /// 0 closed .. 1 open; a piston has only these two. False if nothing changes.
   bool command(double setting);
   /// Force of each finger, from now on [N]. False if nothing changes.
   bool set_force(double force_n);
@@ -28,10 +27,10 @@ class GripperActuator {
   [[nodiscard]] double stop_travel_m(double closed_m) const { return (1 - setting_) * closed_m; }
   [[nodiscard]] double force_n() const { return settings_.force_n; }
   [[nodiscard]] double pad_friction() const { return wear_.pad_friction * settings_.pad_friction; }
-  /// Whether the fingers push with all the force that they will.
+  /// Whether the fingers push with their full force.
   [[nodiscard]] bool is_at_full_force() const;
 
-  /// Once a step: what drives the fingers, and the air that flows meanwhile.
+  /// Once a step: advances the air and returns the fingers' drives.
   [[nodiscard]] std::array<FingerDrive, 2> advance(const std::array<FingerMotion, 2>& motion,
                                                    double closed_m, double step_s);
 

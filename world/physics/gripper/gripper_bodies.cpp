@@ -46,6 +46,8 @@ void GripperBodies::make_rail(std::size_t i, const GripperParts& open) {
 /// A lever on the palm, turning about the tool's axis, with a rod to each finger. Lever ends and
 /// rods are mirror images through the pivot, so equal travels are exact.
 void GripperBodies::make_linkage(const GripperParts& open) {
+  // A lever longer than the travel keeps its rotation small, and so the rods nearly in line with
+  // the rails.
   const double arm = std::max(0.02, 2 * joints_.closed_travel_m);
   joints_.pivot =
       open.part(GripperParts::kLever).X_TS.translation() - open.part(0).X_TS.translation();
@@ -61,6 +63,7 @@ void GripperBodies::make_linkage(const GripperParts& open) {
 /// The mount is the implicit spring and damper of ODE's manual, section "How to use ERP and CFM".
 void GripperBodies::set_step_s(double step_s) {
   step_s_ = step_s;
+  // ERP = h k / (h k + d) and CFM = 1 / (h k + d): implicit Euler of a spring k with damper d.
   const double hk = step_s_ * palm_stiffness_n_m_;
   joints_.mount_erp = hk / (hk + palm_damping_ns_m_);
   joints_.mount_cfm = 1 / (hk + palm_damping_ns_m_);
@@ -81,13 +84,15 @@ void GripperBodies::follow(const GripperParts& parts, const MountMotion& mount) 
   }
 }
 
-/// Velocities relative to the carriage turn with it; its own change is the arm's business, but for
-/// the fingers along their rails, where inertia and weight load the pistons.
+/// Velocities relative to the carriage rotate with it. The arm bears the carriage's own
+/// acceleration; along the rails the fingers' inertia and weight load the pistons.
 void GripperBodies::begin_step(const GripperParts& parts, const MountMotion& mount,
                                const Vector3d& omega_before_W) {
   for (std::size_t i = 0; i < all().size(); ++i) {
     RigidBody& body = bodies_[i];
     const int part = static_cast<int>(i);
+    // d'Alembert along the rails only: the arm bears all other weight and inertia of the gripper,
+    // so that a free swing of the robot does not deflect it.
     const Vector3d u = mount.velocity_at(parts.part(part).X_WS.translation(), step_s_);
     const Vector3d before = mount.delta.linear() * carried_v_W_[i];
     Vector3d next = u + mount.delta.linear() * body.v_W() - before;
@@ -106,7 +111,8 @@ void GripperBodies::add_to(ConstraintSystem& system, const GripperParts& parts,
                            const std::array<FingerDrive, 2>& drives) {
   place_carriage(parts, mount);
   for (std::size_t i = 0; joints_.fingers && i < 2; ++i) {
-    if (drives[i].extra_n != 0) rails_[i].push(bodies_[i + 1], bodies_[0], drives[i].extra_n);
+    if (drives[i].extra_n != 0)
+      rails_[i].apply_force(bodies_[i + 1], bodies_[0], drives[i].extra_n);
   }
   GripperConstraints(joints_, moved(), carriage_, step_s_).add_to(system, motion, drives, forces_);
 }

@@ -17,10 +17,10 @@ namespace aprsim::physics {
 
 /// The rigid bodies of a gripper and the joints between them, as the solver sees them: the palm on
 /// a compliant mount (a fixed joint as spring and damper: without it every mis-grasp would be an
-/// infinite force), two fingers on rails, and for the linkage law a lever with two rods that holds
-/// both travels equal. A kinematic carriage moves the mount. Weight and inertia are the arm's
-/// business: the bodies move with the carriage and deflect only under contact forces; but the
-/// fingers bear their own along their rails.
+/// infinite force), two fingers on rails, and for the linkage law a lever with two rods that keeps
+/// both travels equal. A kinematic carriage moves the mount. The arm bears weight and inertia: the
+/// bodies move with the carriage and deflect only under contact forces. Along their rails the
+/// fingers bear their own.
 class GripperBodies {
  public:
   GripperBodies(const scene::Gripper& gripper, const scene::Physics& physics,
@@ -36,13 +36,13 @@ class GripperBodies {
   [[nodiscard]] std::span<const RigidBody> all() const {
     return {bodies_.data(), joints_.body_count()};
   }
-  /// That of a part: palm or cup, or a finger.
+  /// Body of a part: palm or cup, or a finger.
   [[nodiscard]] RigidBody& of_part(int part) { return bodies_[index(part)]; }
   [[nodiscard]] const RigidBody& of_part(int part) const { return bodies_[index(part)]; }
   /// Measured on the rails; zero without fingers.
   [[nodiscard]] std::array<FingerMotion, 2> finger_motion() const;
 
-  /// Puts the bodies where the parts are, moving with the mount.
+  /// Sets the bodies to the poses of the parts, moving with the mount.
   void follow(const GripperParts& parts, const MountMotion& mount);
   /// Turns the bodies' velocities with the mount; `omega_before_W`: its rate in the step before.
   void begin_step(const GripperParts& parts, const MountMotion& mount,

@@ -31,6 +31,8 @@ struct FingerForce {
 void GripperConstraints::add_to(ConstraintSystem& system, const std::array<FingerMotion, 2>& motion,
                                 const std::array<FingerDrive, 2>& drives,
                                 GripperForces& forces) const {
+  // The order of rows is fixed: mount, rails, pistons, stops, linkage. Warm starts are stored in
+  // the same order.
   for (RigidBody& body : bodies_) system.add_body(body);
   add_mount(system, forces);
   for (std::size_t i = 0; joints_.fingers && i < 2; ++i) {
@@ -40,8 +42,8 @@ void GripperConstraints::add_to(ConstraintSystem& system, const std::array<Finge
   if (joints_.linkage) add_linkage(system, forces);
 }
 
-// Axes of rows are those of the palm, so that forces stay as they are while the hand turns: from
-// those of the last step the solver's search begins.
+// Axes of rows are those of the palm: the forces of a rotating hand are then constant, which makes
+// those of the last step good warm starts.
 
 /// The palm fixed to the carriage: compliant in translation, stiff in rotation.
 void GripperConstraints::add_mount(ConstraintSystem& system, GripperForces& forces) const {
@@ -87,6 +89,8 @@ void GripperConstraints::add_drive(ConstraintSystem& system, std::size_t i,
   const double k = kRowErp / step_s_;
   const FingerForce force{finger(i), palm()};
   const Vector3d closing = (i == 0 ? -1.0 : 1.0) * finger(i).R_WB().col(1);
+  // A motor row: the finger follows the wanted speed as long as the force suffices. At the bound
+  // the force is constant, as that of a piston.
   if (drive.piston_n > 0) {
     system.add_row(force.on_finger(closing), force.on_palm(closing), drive.speed_m_s, kPistonCfm,
                    -drive.piston_n, drive.piston_n, forces.piston[i]);
@@ -111,6 +115,8 @@ void GripperConstraints::add_linkage(ConstraintSystem& system, GripperForces& fo
     system.add_joint_row({&lever(), axis, Vector3d::Zero()}, {&palm(), -axis, -arm.cross(axis)},
                          k * axis.dot(off), kRowCfm, forces.linkage[static_cast<std::size_t>(i)]);
   }
+  // A hinge: three rows hold the pivot, two keep both axes parallel; the rotation about the axis is
+  // free.
   const Vector3d tilt = lever().R_WB().col(2).cross(palm().R_WB().col(2));
   for (const int column : {0, 1}) {
     const Vector3d d = palm().R_WB().col(column);

@@ -11,8 +11,8 @@
 
 namespace aprsim::physics {
 
-/// Places of a gripper's joints on its bodies, and the stiffness of its mount. Bodies in this
-/// order: palm, two fingers, lever (linkage only).
+/// Geometry of a gripper's joints, and the stiffness of its mount. Bodies in this order: palm, two
+/// fingers, lever (linkage only).
 struct GripperJoints {
   bool fingers = true;  ///< else the palm is all there is
   bool linkage = false;
@@ -27,7 +27,7 @@ struct GripperJoints {
   [[nodiscard]] std::size_t body_count() const { return !fingers ? 1 : linkage ? 4 : 3; }
 };
 
-/// Forces of a gripper's joints in the last step, where the search of the next one begins.
+/// Forces of a gripper's joints in the last step, which warm-start the next one.
 struct GripperForces {
   std::array<RowForce, 6> mount;
   std::array<std::array<RowForce, 5>, 2> rail;

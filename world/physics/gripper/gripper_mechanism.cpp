@@ -17,9 +17,9 @@ GripperMechanism::GripperMechanism(const scene::Gripper& gripper, const scene::P
   follow_mount();
 }
 
-// ---- on a flange, or not
+// ---- tool change
 
-void GripperMechanism::take(const Eigen::Isometry3d& X_WF, const Eigen::Isometry3d& X_FT) {
+void GripperMechanism::attach(const Eigen::Isometry3d& X_WF, const Eigen::Isometry3d& X_FT) {
   mounted_ = true;
   X_FT_ = X_FT;
   mount_ = MountMotion::at_rest(X_WF * X_FT);
@@ -28,12 +28,14 @@ void GripperMechanism::take(const Eigen::Isometry3d& X_WF, const Eigen::Isometry
   report_.palm_deflection_m = 0;
   follow_mount();
   if (cup_) return actuator_.is_closing() ? wake() : void();
+  // A gripper may be idle only where it would rest without being solved.
   const bool at_stop = std::ranges::all_of(
       motion_, [this](const FingerMotion& finger) { return finger.travel_m == stop_travel_m(); });
   if (!at_stop || !actuator_.is_at_full_force()) wake();
 }
 
-void GripperMechanism::leave() {
+void GripperMechanism::detach() {
+  // The lever has no commanded travel, so that its pose on the tool is the only record of it.
   if (!idle_) parts_.hold_lever(mount_.X_WT);
   mounted_ = false;
   idle_ = true;
@@ -52,6 +54,7 @@ void GripperMechanism::leave() {
 // ---- commands
 
 void GripperMechanism::command(double setting) {
+  // A repeated command changes nothing, and must not restart the settling time.
   if (!mounted_ || !actuator_.command(setting)) return;  // no air without a mount
   grasp_.restart(report_);
   wake();
@@ -101,11 +104,14 @@ void GripperMechanism::restore(const State& state) {
 
 void GripperMechanism::begin_step(const Eigen::Isometry3d& X_WF_next) {
   const Eigen::Vector3d omega_before_W = mount_.omega_W;
+  // The arm is not part of the contact solver. Its flange is a kinematic input, and contact forces
+  // return to it as loads.
   mount_.begin_step(X_WF_next * X_FT_, bodies_.step_s());
   if (idle_) return;
   bodies_.begin_step(parts_, mount_, omega_before_W);
   if (cup_) return;
   motion_ = bodies_.finger_motion();
+  // Forces of the drive use the fingers' motion before the step (semi-implicit).
   drives_ = actuator_.advance(motion_, bodies_.closed_travel_m(), bodies_.step_s());
 }
 
@@ -115,6 +121,7 @@ void GripperMechanism::wake() {
   if (!idle_) return;
   idle_ = false;
   parts_.place_lever(mount_.X_WT);
+  // While idle only the parts moved; the bodies resume at their poses and velocities.
   bodies_.follow(parts_, mount_);
 }
 
@@ -142,13 +149,13 @@ void GripperMechanism::end_step() {
   if (idle_) {
     follow_mount();
   } else {
-    read_back();
+    read_from_bodies();
   }
   report_.X_WT = Pose::from(parts_.X_WT());
 }
 
 /// Parts and readings from the bodies.
-void GripperMechanism::read_back() {
+void GripperMechanism::read_from_bodies() {
   const auto bodies = bodies_.all();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     parts_.place(i, bodies[i].R_WB(), bodies[i].p_W());
@@ -169,7 +176,7 @@ void GripperMechanism::follow_mount() {
   if (mounted_) {
     parts_.follow(mount_.X_WT, report_.travel_m);
   } else {
-    parts_.follow_outside(mount_.X_WT, report_.travel_m);
+    parts_.follow_removed(mount_.X_WT, report_.travel_m);
   }
 }
 
@@ -196,6 +203,7 @@ bool GripperMechanism::observe_cup(bool touched) {
   const PadForces pads{.closing_n = {suction.force_n, suction.force_n},
                        .body = {suction.body, suction.body}};
   report_.force_n = {suction.force_n, 0};
+  // The same monitor serves cups: suction force stands for the forces of both pads.
   return grasp_.observe({.pads = pads,
                          .motion = motion_,
                          .stop_travel_m = 0,
@@ -206,7 +214,7 @@ bool GripperMechanism::observe_cup(bool touched) {
                         report_);
 }
 
-/// Exactly at the stop and on the mount; the lever, which has no travel of its own, where it is.
+/// Sets the fingers exactly to the stop and the palm to the mount. The lever keeps its pose.
 void GripperMechanism::become_idle() {
   const double stop = cup_ ? 0 : stop_travel_m();
   idle_ = true;
@@ -218,9 +226,9 @@ void GripperMechanism::become_idle() {
   follow_mount();
 }
 
-Moving GripperMechanism::moving(int part) const {
+BodyVelocity GripperMechanism::part_velocity(int part) const {
   const GripperPart& box = parts_.part(part);
-  Moving out{.p_W = box.X_WS.translation(), .reach_m = 0.5 * box.size.norm()};
+  BodyVelocity out{.p_W = box.X_WS.translation(), .reach_m = 0.5 * box.size.norm()};
   if (idle_) {
     out.v_W = mount_velocity(out.p_W);
     out.omega_W = mount_.omega_W;

@@ -6,7 +6,7 @@
 
 #include <Eigen/Geometry>
 
-#include "world/physics/collision/speculative/look_ahead.hpp"
+#include "world/physics/collision/speculative/speculative_contacts.hpp"
 #include "world/physics/gripper/grasp_monitor.hpp"
 #include "world/physics/gripper/gripper_actuator.hpp"
 #include "world/physics/gripper/gripper_bodies.hpp"
@@ -19,30 +19,29 @@ namespace aprsim::physics {
 
 /// A parallel gripper or a vacuum gripper, on a flange or on none. GripperActuator and SuctionCup
 /// drive it, GripperParts has its geometry, GripperBodies its dynamics under contact, GraspMonitor
-/// its state of grasping.
-/// With a cup there are no fingers: the cup is part of the palm, and a part is held
-/// against its lip by contact. At an end stop with nothing touching, the gripper is idle: it
-/// follows the flange without being solved. Nothing ever ties a gear to it.
+/// detects grasps. With a cup there are no fingers: the cup is part of the palm, and a part is held
+/// against its lip by contact. An untouched gripper at an end stop is idle: it follows the flange
+/// without being solved. A grasp is contact and friction, never an attachment.
 class GripperMechanism {
  public:
-  /// A gripper that is on no flange; `X_WF` is any place.
+  /// A gripper that is on no flange; `X_WF` is any pose.
   GripperMechanism(const scene::Gripper& gripper, const scene::Physics& physics,
                    const Eigen::Isometry3d& X_WF);
 
   // ---- between two steps
-  /// Puts it on a mount at `X_WF`, the tool frame at `X_FT`. The fingers are where they were; their
-  /// chambers fill anew.
-  void take(const Eigen::Isometry3d& X_WF, const Eigen::Isometry3d& X_FT);
-  /// Takes it out of the cell. Without air the fingers stay where they are.
-  void leave();
+  /// Attaches it to a mount at `X_WF`, with the tool frame at `X_FT`. The fingers keep their
+  /// travels; their chambers fill again.
+  void attach(const Eigen::Isometry3d& X_WF, const Eigen::Isometry3d& X_FT);
+  /// Detaches it from its mount. Without air the fingers keep their travels.
+  void detach();
   void command(double setting);  ///< see GripperActuator, as the next two
   void set_force(double force_n);
   void set_wear(const GripperWear& wear);
   /// Length of the coming steps.
   void set_step_s(double step_s) { bodies_.set_step_s(step_s); }
 
-  /// Everything that changes from step to step, as values: what save() gives and restore() takes,
-  /// of this gripper or of one built alike.
+  /// Everything that changes from step to step, as values. restore() accepts the state of any
+  /// gripper with the same settings.
   struct State {
     GripperParts::State parts;
     GripperBodies::State bodies;
@@ -70,9 +69,9 @@ class GripperMechanism {
   void restore(const State& state);
 
   // ---- a step, in this order
-  /// The mount goes from where it is to `X_WF_next` in this step.
+  /// The mount moves to `X_WF_next` in this step.
   void begin_step(const Eigen::Isometry3d& X_WF_next);
-  /// Something is near: it must not be idle for a while.
+  /// A body is near: not idle for some steps.
   void wake();
   /// A cup's ejector is on, or there is vacuum left.
   [[nodiscard]] bool has_suction() const;
@@ -81,7 +80,7 @@ class GripperMechanism {
   void vent_cup();
   /// Adds bodies, joints and drives to a system that is to be solved.
   void add_to(ConstraintSystem& system);
-  /// Moves the parts as the mount or the solver has moved them.
+  /// Sets the parts' poses from the mount or from the solved bodies.
   void end_step();
   /// See GraspMonitor; `touched` by anything.
   void observe(const PadForces& pads, bool touched);
@@ -99,11 +98,11 @@ class GripperMechanism {
   [[nodiscard]] const SuctionCup* cup() const { return cup_ ? &*cup_ : nullptr; }
   /// None for a gripper with fingers.
   [[nodiscard]] Suction suction() const { return cup_ ? cup_->suction() : Suction{}; }
-  /// A part's motion in a step that has begun.
-  [[nodiscard]] Moving moving(int part) const;
+  /// A part's velocity in a step that has begun.
+  [[nodiscard]] BodyVelocity part_velocity(int part) const;
   /// Pose of the mount between two steps.
   [[nodiscard]] Eigen::Isometry3d X_WF() const { return mount_.X_WT * X_FT_.inverse(); }
-  /// Velocity in the last step of what is at `p_W` and moves with the mount.
+  /// Velocity in the last step of the point at `p_W` that moves with the mount.
   [[nodiscard]] Eigen::Vector3d mount_velocity(const Eigen::Vector3d& p_W) const {
     return mount_.velocity_at(p_W, bodies_.step_s());
   }
@@ -115,7 +114,7 @@ class GripperMechanism {
  private:
   void become_idle();
   void follow_mount();
-  void read_back();
+  void read_from_bodies();
   [[nodiscard]] double stop_travel_m() const {
     return actuator_.stop_travel_m(bodies_.closed_travel_m());
   }

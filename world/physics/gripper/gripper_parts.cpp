@@ -24,6 +24,7 @@ GripperParts::GripperParts(const scene::Gripper& gripper, const Eigen::Isometry3
     set(1, scene::cup_of(gripper));
     cup_solid_ = scene::cup_solid(gripper);
   }
+  // The lever is internal to the linkage. It never collides, and its size only gives it inertia.
   const double travel = 0.5 * (gripper.gap_open_m - gripper.gap_closed_m);
   parts_[kLever].size = Eigen::Vector3d(4 * travel, 0.25 * travel, 0.25 * travel);
   parts_[kLever].X_TS.translation().z() = -0.5 * gripper.pad_height_m;
@@ -43,16 +44,17 @@ Eigen::Vector3d GripperParts::closing_W(int finger) const {
 }
 
 void GripperParts::follow(const Eigen::Isometry3d& X_WT, const std::array<double, 2>& travel_m) {
-  follow_outside(X_WT, travel_m);
+  follow_removed(X_WT, travel_m);
   for (std::size_t i = 0; i < std::size_t{has_cup_ ? 2u : 3u}; ++i) {
     parts_[i].bounds = aabb_of_box(parts_[i].size, parts_[i].X_WS);
   }
 }
 
-void GripperParts::follow_outside(const Eigen::Isometry3d& X_WT,
+void GripperParts::follow_removed(const Eigen::Isometry3d& X_WT,
                                   const std::array<double, 2>& travel_m) {
   for (std::size_t i = 0; i < kColliding; ++i) {
     Eigen::Isometry3d X_TS = parts_[i].X_TS;
+    // Fingers close along -y and +y of the tool frame.
     if (i == 1) X_TS.translation().y() -= travel_m[0];
     if (i == 2) X_TS.translation().y() += travel_m[1];
     parts_[i].X_WS = X_WT * X_TS;

@@ -45,7 +45,7 @@ class GripperParts {
   /// Direction in which a finger closes, in world.
   [[nodiscard]] Eigen::Vector3d closing_W(int finger) const;
   [[nodiscard]] const detail::GearShape& cup_solid() const { return cup_solid_; }
-  /// The tool frame where the palm really is; of a cup the centre of its lip, z along the approach.
+  /// The tool frame by the palm's real pose; for a cup the centre of its lip, z along the approach.
   [[nodiscard]] Eigen::Isometry3d X_WT() const { return part(0).X_WS * part(0).X_TS.inverse(); }
   /// The palm's frame, the tool frame being at `X_WT`.
   [[nodiscard]] Eigen::Isometry3d palm_at(const Eigen::Isometry3d& X_WT) const {
@@ -54,13 +54,13 @@ class GripperParts {
 
   /// Moves all but the lever as one, the fingers at their travels.
   void follow(const Eigen::Isometry3d& X_WT, const std::array<double, 2>& travel_m);
-  /// As follow(), for a gripper that has left the cell: nothing meets it.
-  void follow_outside(const Eigen::Isometry3d& X_WT, const std::array<double, 2>& travel_m);
-  /// Moves one part, for which a rigid body stands.
+  /// As follow(), for a gripper that is not in the cell: nothing touches it.
+  void follow_removed(const Eigen::Isometry3d& X_WT, const std::array<double, 2>& travel_m);
+  /// Sets the pose of a part to that of its rigid body.
   void place(std::size_t part, const Eigen::Matrix3d& R_WS, const Eigen::Vector3d& p_WS);
   /// Moves the cup to its palm.
   void place_cup();
-  /// The lever has no travel of its own: it stays where it is on the tool, or goes there.
+  /// The lever has no travel: hold_lever() records its pose on the tool, place_lever() sets it.
   void hold_lever(const Eigen::Isometry3d& X_WT);
   void place_lever(const Eigen::Isometry3d& X_WT);
 

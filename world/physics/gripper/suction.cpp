@@ -23,6 +23,8 @@ LipSeal seal_of(const scene::VacuumCup& cup, std::span<const double> gaps_m) {
   for (const double gap : gaps_m) {
     if (gap <= cup.lip_compliance_m) {
       seal.covered += 1.0 / static_cast<double>(gaps_m.size());
+      // A sealed part of the lip leaks through the surface's roughness; an open one through its
+      // gap, up to its share of the section.
       seal.leak_m2 += cup.roughness_m * arc;
     } else {
       seal.leak_m2 += std::min(gap * arc, most);
@@ -32,6 +34,8 @@ LipSeal seal_of(const scene::VacuumCup& cup, std::span<const double> gaps_m) {
 }
 
 double steady_vacuum(const scene::VacuumCup& cup, double leak_m2) {
+  // Ejector curve, linear from free flow to the highest vacuum, against an orifice: Q = c A sqrt(2
+  // p / rho). The positive root is written without cancellation.
   // With s the square root of the vacuum: flow (1 - s^2 / highest) = C leak s.
   const double curve = cup.free_flow_m3_s / cup.max_vacuum_pa;
   const double leak = kDischarge * std::sqrt(2 / kAirDensity) * leak_m2;

@@ -26,7 +26,7 @@ struct LipSeal {
 [[nodiscard]] double advance_vacuum(const scene::VacuumCup& cup, bool on, const LipSeal& seal,
                                     double step_s, double vacuum_pa);
 
-/// What holds a part at a vacuum: on the share of the cup's section that the part covers [N].
+/// Force that holds a part at a vacuum: on the share of the cup's section that the part covers [N].
 [[nodiscard]] double suction_force(const scene::VacuumCup& cup, double vacuum_pa, double covered);
 
 }  // namespace aprsim::physics

@@ -16,6 +16,10 @@ struct Suction {
     auto& [body, force_n] = self;
     io(body, force_n);
   }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.index_or_none(In::kFreeBody, body);
+  }
 };
 
 /// A vacuum cup: the vacuum in it and the suction that follows.

@@ -5,12 +5,12 @@
 namespace aprsim::physics {
 namespace {
 
-// A body that is put down overlaps others by less than kOverlap; one that has to be raised ends
-// kPutAbove over the obstacle [m].
-constexpr double kOverlap = 1e-4, kPutAbove = 2e-4;
-constexpr int kPutRounds = 64;  // of clearing one obstacle after the other
+// A placed body may overlap others by less than kOverlap; a raised one ends kLiftAbove over the
+// obstacle [m].
+constexpr double kOverlap = 1e-4, kLiftAbove = 2e-4;
+constexpr int kLiftRounds = 64;  // of clearing one obstacle after the other
 
-/// Does a box that is raised by `lift_m` overlap another?
+/// Whether a box that is raised by `lift_m` overlaps another one.
 bool overlaps(const Aabb& box, double lift_m, const Aabb& other) {
   return box.min.x() < other.max.x() && box.max.x() > other.min.x() &&
          box.min.y() < other.max.y() && box.max.y() > other.min.y() &&
@@ -40,8 +40,8 @@ void BodyPlacement::wake_all() {
 void BodyPlacement::set_velocity(int body, const Eigen::Vector3d& v_com_W,
                                  const Eigen::Vector3d& omega_W) {
   wake(body);
-  model_.simplification.release(body);
-  // Only now is its rigid body its own.
+  model_.simplification.unmerge(body);
+  // Before that its root moved it.
   FreeBody& free = model_.body(body);
   free.place(free.X_WB, v_com_W, omega_W);
 }
@@ -49,33 +49,36 @@ void BodyPlacement::set_velocity(int body, const Eigen::Vector3d& v_com_W,
 void BodyPlacement::set_jammed(int body, bool jammed) {
   if (model_.body(body).jammed == jammed) return;
   model_.body(body).jammed = jammed;
-  // It sleeps on another carrier from now on.
+  // Its carrier changes.
   wake(body);
 }
 
-void BodyPlacement::put(std::span<const BodyPose> poses) {
+void BodyPlacement::place(std::span<const BodyPose> poses) {
+  // Obstacles are compared by their present boxes, which sleeping bodies only have once awake.
   wake_all();
   std::vector<BodyPose> here;
   for (const BodyPose& pose : poses) {
     if (!model_.body(pose.body).lost_step) here.push_back(pose);
   }
-  // On their own from now on, before anything moves.
-  for (const BodyPose& pose : here) model_.simplification.lose(pose.body);
-  const auto place = [&](BodyPose pose, double lift_m) {
+  // Unmerge all of them before any of them moves.
+  for (const BodyPose& pose : here) model_.simplification.remove_lost(pose.body);
+  const auto place_raised = [&](BodyPose pose, double lift_m) {
     pose.X_WB.translation().z() += lift_m;
     place_at_rest(model_.body(pose.body), pose.X_WB);
   };
-  for (const BodyPose& pose : here) place(pose, 0);
+  for (const BodyPose& pose : here) place_raised(pose, 0);
   const double lift_m = clearance_m(here);
-  for (const BodyPose& pose : here) place(pose, lift_m);
+  for (const BodyPose& pose : here) place_raised(pose, lift_m);
 }
 
-void BodyPlacement::take_away(int body, std::uint64_t step) {
+void BodyPlacement::remove(int body, std::uint64_t step) {
   FreeBody& free = model_.body(body);
   if (free.lost_step) return;
   wake_all();
+  // A removed body is placed where nothing can meet it. Its number stays, since bodies are numbered
+  // for good.
   free.lost_step = step;
-  model_.simplification.lose(body);
+  model_.simplification.remove_lost(body);
   Eigen::Isometry3d X_WB = free.X_WB;
   X_WB.translation().z() = model_.lost_below_m - 1;
   place_at_rest(free, X_WB);
@@ -89,17 +92,17 @@ void BodyPlacement::lose_fallen(std::uint64_t step) {
   for (const int i : fallen_) {
     FreeBody& body = model_.body(i);
     body.lost_step = step;
-    model_.simplification.lose(i);
+    model_.simplification.remove_lost(i);
     place_at_rest(body, body.X_WB);
   }
 }
 
-/// Boxes of everything but the bodies that are put down.
-std::vector<Aabb> BodyPlacement::obstacles(std::span<const BodyPose> put) const {
+/// Boxes of everything but the placed bodies.
+std::vector<Aabb> BodyPlacement::obstacles(std::span<const BodyPose> placed) const {
   std::vector<Aabb> boxes;
   for (const StaticShape& shape : model_.fixed.shapes) boxes.push_back(shape.bounds);
   for (int i = 0; i < static_cast<int>(model_.bodies.size()); ++i) {
-    const bool moved = std::ranges::find(put, i, &BodyPose::body) != put.end();
+    const bool moved = std::ranges::find(placed, i, &BodyPose::body) != placed.end();
     if (!moved && !model_.body(i).lost_step) boxes.push_back(model_.body(i).bounds);
   }
   for (const auto& gripper : model_.grippers) boxes.push_back(gripper.parts().bounds());
@@ -109,16 +112,17 @@ std::vector<Aabb> BodyPlacement::obstacles(std::span<const BodyPose> put) const 
   return boxes;
 }
 
-/// Lift that clears bodies at their present poses of all others, the same for all of them.
-double BodyPlacement::clearance_m(std::span<const BodyPose> put) const {
-  const std::vector<Aabb> others = obstacles(put);
+/// Common height by which the bodies must be raised to be clear of all others.
+double BodyPlacement::clearance_m(std::span<const BodyPose> placed) const {
+  const std::vector<Aabb> others = obstacles(placed);
   double lift_m = 0;
-  for (int round = 0; round < kPutRounds; ++round) {
+  for (int round = 0; round < kLiftRounds; ++round) {
     const double before = lift_m;
-    for (const BodyPose& pose : put) {
+    for (const BodyPose& pose : placed) {
       const Aabb& box = model_.body(pose.body).bounds;
       for (const Aabb& other : others) {
-        if (overlaps(box, lift_m, other)) lift_m = other.max.z() + kPutAbove - box.min.z();
+        // The lift only grows, so that the rounds end: each clears one obstacle for all bodies.
+        if (overlaps(box, lift_m, other)) lift_m = other.max.z() + kLiftAbove - box.min.z();
       }
     }
     if (lift_m == before) break;

@@ -27,6 +27,7 @@ BodyState body_state(const PhysicsModel& model, int body) {
   state.p_WB = free.X_WB.translation();
   state.q_WB = Eigen::Quaterniond(free.X_WB.linear());
   state.omega_W = free.omega_W;
+  // Velocity of the frame's origin: v_com + omega x (origin - com).
   state.v_W = free.v_com_W - free.omega_W.cross(free.X_WB.linear() * free.mass.com);
   state.resting = simplification.resting(body);
   state.lost_step = free.lost_step;

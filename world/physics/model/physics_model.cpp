@@ -43,9 +43,11 @@ PhysicsModel::PhysicsModel(const scene::Scene& the_scene,
                         tool.X_WQ.isometry() * tool.X_QT.isometry());
   }
   tool_of_robot.assign(the_scene.robots.size(), -1);
+  // Every tool is created as a free body first. Mounting it takes the same path as a tool change at
+  // run time.
   const std::vector<int> start = scene::tools_at_start(the_scene);
   for (std::size_t r = 0; r < start.size(); ++r) {
-    if (start[r] >= 0) take_tool(*this, static_cast<int>(r), start[r], X_WL[r].back());
+    if (start[r] >= 0) attach_tool(*this, static_cast<int>(r), start[r], X_WL[r].back());
   }
   constraints.reserve(kConstraintCapacity);
   lost_below_m = lost_below(*this);
@@ -65,7 +67,7 @@ bool PhysicsModel::is_held(int body) const {
   });
 }
 
-double PhysicsModel::way_m(int number) const {
+double PhysicsModel::displacement_m(int number) const {
   const FreeBody& free = body(number);
   return step_s * (free.v_com_W.norm() + free.radius_m * free.omega_W.norm());
 }
@@ -85,6 +87,7 @@ void PhysicsModel::open_tools() {
 
 RigidBody* PhysicsModel::rigid_body(BodyIndex id) {
   if (id < 0) return nullptr;
+  // Contacts of a merged body act on the rigid body of its root.
   if (ids.is_free(id)) return &body(simplification.root(id)).body;
   const auto robot = static_cast<std::size_t>(ids.robot_of(id));
   if (ids.is_link(id)) return &arms[robot].body(ids.link_of(id));

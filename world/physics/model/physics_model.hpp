@@ -11,7 +11,7 @@
 
 namespace aprsim::physics {
 
-/// Everything that PhysicsWorld's parts share: bodies, mechanisms, who is simplified how, and the
+/// Data that the parts of PhysicsWorld share: bodies, mechanisms, contact simplification, and the
 /// contacts of the step.
 struct PhysicsModel {
   PhysicsModel(const scene::Scene& the_scene, std::span<const robot::ArmModel> arm_models,
@@ -38,11 +38,11 @@ struct PhysicsModel {
   void set_step_s(double s);
   /// Whether a gripper holds it.
   [[nodiscard]] bool is_held(int body) const;
-  /// Way of any of a body's points in a step, at most.
-  [[nodiscard]] double way_m(int number) const;
+  /// Upper bound of the displacement of any of a body's points in a step.
+  [[nodiscard]] double displacement_m(int number) const;
   /// The mechanism of a tool, on a flange or not.
   [[nodiscard]] const GripperMechanism& mechanism(int tool) const;
-  /// Opens the fingers of all tools as shapes as far as those of their mechanisms.
+  /// Sets the openings of all tools' shapes to those of their mechanisms.
   void open_tools();
   /// The rigid body that moves a body; null for kGround.
   [[nodiscard]] RigidBody* rigid_body(BodyIndex id);

@@ -6,13 +6,13 @@
 /// mechanism on a robot's flange.
 namespace aprsim::physics {
 
-/// A tool that no robot has becomes the gripper of a robot without one, its mount at `X_WF`.
-void take_tool(PhysicsModel& model, int robot, int tool, const Eigen::Isometry3d& X_WF);
+/// Attaches a free tool to a robot without one, with its mount at `X_WF`.
+void attach_tool(PhysicsModel& model, int robot, int tool, const Eigen::Isometry3d& X_WF);
 
-/// The robot's tool, if it has one, becomes a free body that moves on as its mount did.
-void leave_tool(PhysicsModel& model, int robot);
+/// Detaches the robot's tool, if it has one: it becomes a free body with its mount's velocity.
+void detach_tool(PhysicsModel& model, int robot);
 
-/// Every mechanism to the flange, or the place, that it has when the robots' tools are these.
+/// Moves every mechanism to the flange or rack that it has with these tools on the robots.
 void arrange_tools(PhysicsModel& model, const std::vector<int>& tool_of_robot);
 
 }  // namespace aprsim::physics

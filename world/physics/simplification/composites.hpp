@@ -34,7 +34,7 @@ class Composites {
 
   /// Merges the composite of `child`, a root, onto `parent`.
   void attach(int child, int parent, const ContactWrenchCone& cone);
-  /// Frees a child, with all that rests on it, from its parent.
+  /// Detaches a child, with all that rests on it, from its parent.
   void detach(int child);
   /// Gives the members the pose and velocity of their root.
   void move_members(int root);
@@ -42,13 +42,13 @@ class Composites {
   /// The wrench that the parent must exert on `child`, in the child's frame, for it and all that
   /// rests on it to move so: Newton and Euler for its composite rigid body (Featherstone 2008,
   /// ch. 5.3 and 6.2).
-  [[nodiscard]] Wrench required(int child, const RigidMotion& motion) const;
+  [[nodiscard]] Wrench required_wrench(int child, const RigidMotion& motion) const;
   [[nodiscard]] bool contains(int child, const RigidMotion& motion) const {
-    return at(child).cone.contains(required(child, motion));
+    return at(child).cone.contains(required_wrench(child, motion));
   }
 
-  /// Copies the state of the same bodies' composites and gives rigid bodies their masses; poses are
-  /// the caller's business.
+  /// Copies the state of the same bodies' composites and sets the masses of rigid bodies. The
+  /// caller restores the poses.
   void restore(const Composites& from);
 
   /// See world/archive/archive.hpp.
@@ -56,6 +56,11 @@ class Composites {
   static void fields(Self& self, Io& io) {
     auto& [bodies, gravity_W, members, moved, children] = self;
     io(members, children);
+  }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.one_for_each(In::kFreeBody, members_.size());
+    in.require(is_consistent(), "merged bodies that are no trees");
   }
 
  private:
@@ -77,8 +82,11 @@ class Composites {
   [[nodiscard]] Member& at(int body) { return members_[static_cast<std::size_t>(body)]; }
   [[nodiscard]] FreeBody& body(int i) const { return bodies_[static_cast<std::size_t>(i)]; }
   [[nodiscard]] bool rests_on(int body, int below) const;
+  /// Whether every body is in the list of its root, and its parents lead there.
+  [[nodiscard]] bool is_consistent() const;
+  [[nodiscard]] bool has_valid_list(int root, std::vector<char>& listed) const;
   void insert(int root, int member);
-  void weigh(int root);
+  void update_inertia(int root);
 
   std::span<FreeBody> bodies_;
   Eigen::Vector3d gravity_W_;

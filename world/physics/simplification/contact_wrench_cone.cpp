@@ -24,6 +24,8 @@ Vector3d across(const Vector3d& n) {
 /// Non-negative least squares, min |G x - w| for x >= 0, by Lawson & Hanson (Solving Least Squares
 /// Problems, 1974, ch. 23), with six rows: whether the minimum is zero, that is, whether w lies in
 /// the cone that G's columns span. Deviation: at most six columns are active.
+/// Normalised columns make the tolerance relative to the wrench, whatever the units of force and
+/// moment.
 class ConeTest {
  public:
   static constexpr int kColumns = 9 * ContactWrenchCone::kMaxPoints;
@@ -64,6 +66,7 @@ class ConeTest {
       if (std::find(active_.begin(), active_.begin() + size_, i) != active_.begin() + size_) {
         continue;
       }
+      // The gradient of 1/2 |G x - w|^2 by an idle x_i is -gain: only positive gains may enter.
       const double gain = columns_.col(i).dot(rest);
       if (gain > most) {
         most = gain;
@@ -78,6 +81,8 @@ class ConeTest {
     while (size_ > 0) {
       Matrix G(6, size_);
       for (int k = 0; k < size_; ++k) G.col(k) = columns_.col(at(k));
+      // Unconstrained least squares over the active set. Where it leaves the positive orthant, the
+      // step ends at its boundary (Lawson & Hanson, algorithm NNLS, steps 6 to 11).
       const Solution z = G.colPivHouseholderQr().solve(w);
       double step = 1;
       for (int k = 0; k < size_; ++k) {
@@ -110,6 +115,8 @@ void ContactWrenchCone::add(const Vector3d& p, const Vector3d& n, double frictio
 
 /// The largest set of points with one normal, sorted into a polygon.
 void ContactWrenchCone::finish() {
+  // The polygon test needs coplanar points with one normal. Points with other normals are left to
+  // the exact test.
   corners_ = 0;
   for (int i = 0; i < count_; ++i) {
     const Vector3d n = points_[static_cast<std::size_t>(i)].n;
@@ -140,6 +147,7 @@ void ContactWrenchCone::finish() {
   const auto angle = [&](const Vector3d& p) {
     return std::atan2(v.dot(p - centre_), u.dot(p - centre_));
   };
+  // Counter-clockwise around the centre, as the point-in-polygon test requires.
   std::sort(corner_.begin(), corner_.begin() + corners_,
             [&](const Vector3d& a, const Vector3d& b) { return angle(a) < angle(b); });
 }
@@ -157,6 +165,8 @@ bool ContactWrenchCone::polygon_contains(const Wrench& wrench) const {
   const double pressure = wrench.force.dot(normal_);
   if (!(pressure > 0)) return false;
   const Vector3d moment = wrench.moment - centre_.cross(wrench.force);
+  // Centre of pressure: the point of the plane about which the wrench has no moment across the
+  // normal.
   const Vector3d cop = normal_.cross(moment) / pressure;  // from the centre
   double nearest2 = 1e30, farthest2 = 0;
   for (int k = 0; k < corners_; ++k) {
@@ -166,6 +176,9 @@ bool ContactWrenchCone::polygon_contains(const Wrench& wrench) const {
     nearest2 = std::min(nearest2, (a - cop).squaredNorm());
     farthest2 = std::max(farthest2, (a - cop).squaredNorm());
   }
+  // Sufficient condition, in the manner of a limit surface (Goyal, Ruina & Papadopoulos 1991):
+  // friction for sliding and for spin must fit together within mu times the pressure at the worst
+  // point.
   const double sliding = (wrench.force - pressure * normal_).norm();
   const double spin = std::abs((moment - cop.cross(wrench.force)).dot(normal_));
   const double limit = friction_ * pressure * (1 + kSlack);
@@ -188,6 +201,8 @@ bool ContactWrenchCone::cones_contain(const Wrench& wrench) const {
   for (int i = 0; i < count_; ++i) {
     const Point& point = points_[static_cast<std::size_t>(i)];
     Vector3d u = wrench.force - wrench.force.dot(point.n) * point.n;
+    // Aligning one edge with the tangential force makes the inscribed octagon exact in that
+    // direction. The other directions lose at most 1 - cos(pi / 8), about 8 %.
     u = u.norm() > 1e-9 * wrench.force.norm() ? u.normalized().eval() : across(point.n);
     const Vector3d v = point.n.cross(u);
     column(point.p, point.n);

@@ -18,8 +18,8 @@ class ContactWrenchCone {
  public:
   static constexpr int kMaxPoints = 8;
 
-  /// `n` points into the carried body. Points beyond kMaxPoints are left out: the cone is then
-  /// narrower than it is.
+  /// `n` points into the carried body. Points beyond kMaxPoints are ignored, which makes the cone
+  /// narrower.
   void add(const Eigen::Vector3d& p, const Eigen::Vector3d& n, double friction);
   /// To be called once after the last add().
   void finish();

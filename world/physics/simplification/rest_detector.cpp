@@ -33,16 +33,19 @@ void RestDetector::count_on_carrier(int i, const CarrierMotion& carrier, bool di
 bool RestDetector::at_rest_on_carrier(int i, const CarrierMotion& carrier) {
   Rest& rest = at(i);
   const FreeBody& free = body(i);
+  // Relative to the carrier, so that a tray on a running belt is at rest (the paper's criterion is
+  // relative, too).
   const Eigen::Vector3d v = free.v_com_W - carrier.v_W;
   const Eigen::Vector3d v_before = rest.v_before - carrier.v_before_W;
   Eigen::Isometry3d now = free.X_WB;
   now.translation() -= carrier.travel_W;
   if (rest.carrier_steps == 0) rest.on_carrier = now;
-  // Crawling starts the count anew, but is rest enough for those who look.
+  // Slow creep restarts the count, but is still reported as rest.
   if (rest.carrier_steps > kRestSteps && drift(now, rest.on_carrier, free.radius_m) > kDrift) {
     rest.carrier_steps = kRestSteps;
     rest.on_carrier = now;
   }
+  // Rotation counts at the body's radius: the paper bounds the velocity of the centre only.
   return v.norm() < speed_ && free.omega_W.norm() * free.radius_m < speed_ &&
          (v - v_before).norm() < accel_ * step_s_;
 }
@@ -51,28 +54,30 @@ bool RestDetector::resting(int i) const { return at(i).carrier_steps >= kRestSte
 
 bool RestDetector::may_sleep(int i) const { return at(i).carrier_steps >= kSleepSteps; }
 
-bool RestDetector::count_on_body(int child, int below) {
+bool RestDetector::count_on_body(int child, int support) {
   Rest& rest = at(child);
-  rest.pair_steps = at_rest_on_body(child, below) ? rest.pair_steps + 1 : 0;
+  rest.pair_steps = at_rest_on_body(child, support) ? rest.pair_steps + 1 : 0;
   return rest.pair_steps >= kMergeSteps;
 }
 
-bool RestDetector::at_rest_on_body(int child, int below) {
+bool RestDetector::at_rest_on_body(int child, int support) {
   Rest& rest = at(child);
   const FreeBody& upper = body(child);
-  const FreeBody& lower = body(below);
+  const FreeBody& lower = body(support);
+  // A body on a turning carrier has the velocity of the carrier's material point, not of its
+  // centre.
   // Velocities relative to the lower body's point at the upper one's centre of mass.
   const Eigen::Vector3d lever = upper.com_W() - lower.com_W();
   const Eigen::Vector3d v = upper.v_com_W - lower.v_com_W - lower.omega_W.cross(lever);
   const Eigen::Vector3d v_before =
-      rest.v_before - at(below).v_before - at(below).omega_before.cross(lever);
+      rest.v_before - at(support).v_before - at(support).omega_before.cross(lever);
   const Eigen::Vector3d spin = upper.omega_W - lower.omega_W;
   const bool slow = v.norm() < speed_ && spin.norm() * upper.radius_m < speed_ &&
                     (v - v_before).norm() < accel_ * step_s_;
   if (!slow) return false;
   const Eigen::Isometry3d X = lower.X_WB.inverse() * upper.X_WB;
-  if (rest.pair_steps == 0) rest.in_below = X;
-  return drift(X, rest.in_below, upper.radius_m) < kDrift;
+  if (rest.pair_steps == 0) rest.in_support = X;
+  return drift(X, rest.in_support, upper.radius_m) < kDrift;
 }
 
 Eigen::Vector3d RestDetector::accel_W(int i) const {
@@ -90,6 +95,7 @@ void RestDetector::end_step(int i) {
 
 void RestDetector::wake(int i, const Eigen::Vector3d& v_W) {
   Rest& rest = at(i);
+  // A woken body still counts as resting until it moves, so that readings do not flicker.
   rest.carrier_steps = kRestSteps;
   rest.pair_steps = 0;
   rest.v_before = v_W;

@@ -37,6 +37,7 @@ Simplification::Simplification(const scene::Physics& physics, std::span<FreeBody
 void Simplification::list_awake() {
   awake_.clear();
   awake_roots_.clear();
+  // Ascending order: every later loop over bodies is deterministic.
   for (int i = 0; i < static_cast<int>(bodies_.size()); ++i) {
     if (dormant(i) || body(i).lost_step || body(i).mounted) continue;
     awake_.push_back(i);
@@ -44,7 +45,7 @@ void Simplification::list_awake() {
   }
 }
 
-// ---- what observers see
+// ---- readings
 
 std::span<const VirtualJoints::Pair> Simplification::joined_pairs() const {
   if (!virtual_joints_) return {};
@@ -67,7 +68,7 @@ bool Simplification::resting(int i) const {
   return dormant(i) || (rest_.resting(i) && !body(i).lost_step);
 }
 
-Ties Simplification::ties(int i) const {
+BodyGrouping Simplification::grouping(int i) const {
   return {.carrier = composites_.parent(i),
           .sleeping = dormant(i) ? sleeping_.lowest(i) : -1,
           .joined = virtual_joints_ ? virtual_joints_->group(i) : -1};
@@ -90,63 +91,67 @@ Eigen::Vector3d Simplification::velocity(int i) const {
   return dormant(i) ? sleeping_.velocity(i) : body(i).v_com_W;
 }
 
-// ---- waking and releasing
+// ---- waking and unmerging
 
 void Simplification::wake(int group) {
   const Eigen::Vector3d v = sleeping_.velocity(sleeping_.first(group));
   for (int i = sleeping_.first(group); i >= 0; i = sleeping_.next(i)) {
+    // The belt's velocity of the last step, not of the coming one: the change is an impulse to be
+    // solved.
     rest_.wake(i, v);
-    at(i).below = -1;
+    at(i).support = -1;
     at(i).touched = at(i).near = false;
   }
   sleeping_.wake(group);
-  asleep_.drop(group);
+  asleep_.remove(group);
   ++changes_;
   list_awake();
 }
 
 void Simplification::touched_by_robot(int i) {
   at(i).touched = true;
-  release(i);
+  unmerge(i);
 }
 
 void Simplification::disturb(int i) {
   at(i).near = true;
-  release(i);
+  unmerge(i);
 }
 
-void Simplification::release(int i) {
+void Simplification::unmerge(int i) {
   if (composites_.parent(i) < 0) return;
   composites_.detach(i);
-  merged_.drop(i);
+  merged_.remove(i);
   ++changes_;
+  // A freed body must be at rest for the full time again before it merges; otherwise it would
+  // alternate.
   rest_.restart_on_body(i);
   awake_roots_.insert(std::lower_bound(awake_roots_.begin(), awake_roots_.end(), i), i);
 }
 
-/// What rests on it is on its own from now on.
-void Simplification::lose(int i) {
+/// Bodies that rest on it are unmerged, too.
+void Simplification::remove_lost(int i) {
   ++changes_;
   for (int m = composites_.root(i); m >= 0;) {
     const int after = composites_.next(m);
     if (composites_.parent(m) == i) {
-      release(m);
+      unmerge(m);
       m = composites_.root(i);  // its list has changed
     } else {
       m = after;
     }
   }
-  release(i);
-  if (virtual_joints_) virtual_joints_->forget(i);
+  unmerge(i);
+  if (virtual_joints_) virtual_joints_->remove_joints_of(i);
   list_awake();
 }
 
-void Simplification::leave(int i) {
+void Simplification::remove_mounted(int i) {
   if (dormant(i)) wake(sleeping_.group(i));
-  lose(i);
+  remove_lost(i);
 }
 
-void Simplification::enter(int i) {
+void Simplification::add(int i) {
   rest_.wake(i, body(i).v_com_W);
   rest_.restart_on_carrier(i);
   at(i) = {};
@@ -159,7 +164,7 @@ void Simplification::set_step_s(double step_s) {
   if (virtual_joints_) virtual_joints_->set_step_s(step_s);
 }
 
-/// What wakes has moved with the belt's old speed so far.
+/// Waking bodies start with the belt's speed of the last step.
 void Simplification::begin_step(double belt_speed_m_s) {
   for (const int i : awake_) at(i).touched = at(i).near = false;
   scratch_.clear();
@@ -181,7 +186,9 @@ void Simplification::find_overstressed(std::vector<int>& overstressed) {
     motion.accel_W = (lead.body.v_W() - lead.velocity_at(motion.origin_W)) / step_s_;
     motion.alpha_W = (motion.omega_W - lead.omega_W) / step_s_;
     for (int m = composites_.next(i); m >= 0; m = composites_.next(m)) {
-      const Wrench wrench = composites_.required(m, motion);
+      // Eq. 4 of IMECE2019-11345: the wrench that the contact must transmit follows from the
+      // motion. Here it is tested before it acts, so that the release is in the same step.
+      const Wrench wrench = composites_.required_wrench(m, motion);
       if (!composites_.cone(m).contains(wrench)) overstressed.push_back(m);
     }
   }
@@ -195,54 +202,56 @@ bool Simplification::is_free(int id) const {
 
 void Simplification::observe(std::span<const ContactConstraint> constraints,
                              std::span<const int> island_of) {
+  // Order: contacts frozen in the last step are settled first; those of this step follow below.
   sleeping_.end_step(step_s_);
   merged_.settle();
   asleep_.settle();
   if (virtual_joints_) virtual_joints_->observe(constraints);
-  judge_islands(constraints, island_of);
+  update_islands(constraints, island_of);
   if (merges_) {
-    note_contacts(constraints);
-    judge_pairs(constraints, island_of);
+    find_supports(constraints);
+    update_pairs(constraints, island_of);
   }
   if (sleeps_) fall_asleep(constraints, island_of);
   for (const int i : awake_) rest_.end_step(i);
 }
 
-/// Finds the only body that each composite touches. Another one, or one more, starts the count
-/// anew.
-void Simplification::note_contacts(std::span<const ContactConstraint> constraints) {
-  scratch_.clear();  // bodies below in the last step
+/// Finds the only body that each composite touches. A change of it, or a second one, restarts the
+/// count of rest.
+void Simplification::find_supports(std::span<const ContactConstraint> constraints) {
+  scratch_.clear();  // supports of the last step
   for (const int i : awake_roots_) {
-    at(i).crowded = false;
-    scratch_.push_back(at(i).below);
-    at(i).below = -1;
+    at(i).many_supports = false;
+    scratch_.push_back(at(i).support);
+    at(i).support = -1;
   }
   for (const auto& constraint : constraints) {
-    note_below(constraint.contact.a, constraint.contact.b);
-    note_below(constraint.contact.b, constraint.contact.a);
+    add_support(constraint.contact.a, constraint.contact.b);
+    add_support(constraint.contact.b, constraint.contact.a);
   }
   for (std::size_t k = 0; k < awake_roots_.size(); ++k) {
     const int i = awake_roots_[k];
-    if (at(i).below != scratch_[k] || at(i).crowded) rest_.restart_on_body(i);
+    // Merging requires one support over the whole time, not one at a time.
+    if (at(i).support != scratch_[k] || at(i).many_supports) rest_.restart_on_body(i);
   }
 }
 
-void Simplification::note_below(int a, int b) {
+void Simplification::add_support(int a, int b) {
   if (!is_free(a)) return;
   Neighbours& of_root = at(root(a));
-  if (!is_free(b) || root(a) != a || (of_root.below >= 0 && of_root.below != b)) {
-    of_root.crowded = true;
+  if (!is_free(b) || root(a) != a || (of_root.support >= 0 && of_root.support != b)) {
+    of_root.many_supports = true;
   } else {
-    of_root.below = b;
+    of_root.support = b;
   }
 }
 
-/// Which islands have been at rest on their carriers for long enough.
-void Simplification::judge_islands(std::span<const ContactConstraint> constraints,
-                                   std::span<const int> island_of) {
-  // What carries each island, and how far along the belt it reaches.
+/// Finds the islands that have been at rest on their carriers for long enough.
+void Simplification::update_islands(std::span<const ContactConstraint> constraints,
+                                    std::span<const int> island_of) {
+  // Carrier of each island, and its extent along the belt.
   for (const int i : awake_roots_) islands_[static_cast<std::size_t>(i)] = {};
-  // Who does not sleep is only asked whether it is on the belt.
+  // Without sleep the carrier only matters on the belt.
   if (!sleeps_ && fixed_->belt < 0) constraints = {};
   for (const auto& constraint : constraints) {
     if (constraint.fixed < 0 || !is_free(constraint.contact.a)) continue;
@@ -272,7 +281,7 @@ void Simplification::judge_islands(std::span<const ContactConstraint> constraint
   }
 }
 
-/// At rest relative to the belt or to fixed things, through changes of the belt's speed too.
+/// Counts rest relative to the belt or to fixed things, also while the belt's speed changes.
 void Simplification::count_on_carrier(int i, const Island& island) {
   const Eigen::Vector3d axis = island.on_belt ? fixed_->belt_axis_W : Eigen::Vector3d::Zero();
   const RestDetector::CarrierMotion carrier{.v_W = sleeping_.belt_speed_m_s() * axis,
@@ -283,43 +292,45 @@ void Simplification::count_on_carrier(int i, const Island& island) {
 
 /// A composite at rest for some time relative to the only body that it touches is merged with it if
 /// the wrench that this requires lies in the cone of their contact: while sliding it does not.
-void Simplification::judge_pairs(std::span<const ContactConstraint> constraints,
-                                 std::span<const int> island_of) {
+void Simplification::update_pairs(std::span<const ContactConstraint> constraints,
+                                  std::span<const int> island_of) {
   scratch_.clear();
   for (const int i : awake_roots_) {
-    const int below = at(i).below;
-    if (below < 0 || at(i).crowded) continue;
+    const int support = at(i).support;
+    if (support < 0 || at(i).many_supports) continue;
     const bool held = island_of[static_cast<std::size_t>(i)] < 0;
     // Of two lone bodies the one with the higher number, a gear, is the child.
-    const bool mutual = at(below).below == i && !at(below).crowded && below > i;
+    const bool mutual = at(support).support == i && !at(support).many_supports && support > i;
     if (held || mutual || at(i).touched || at(i).near) {
       rest_.restart_on_body(i);
-    } else if (rest_.count_on_body(i, below)) {
+    } else if (rest_.count_on_body(i, support)) {
       scratch_.push_back(i);
     }
   }
-  for (const int i : scratch_) merge(i, at(i).below, constraints, island_of);
+  for (const int i : scratch_) merge(i, at(i).support, constraints, island_of);
 }
 
-void Simplification::merge(int child, int below, std::span<const ContactConstraint> constraints,
+void Simplification::merge(int child, int support, std::span<const ContactConstraint> constraints,
                            std::span<const int> island_of) {
-  // A merger of this very step may have made the child a member, or the body below one of its own.
-  if (root(child) != child || root(below) == child) return;
-  const FreeBody& lower = body(below);
+  // An earlier merger of this step may have made the child a member, or the support one of its own.
+  if (root(child) != child || root(support) == child) return;
+  const FreeBody& lower = body(support);
   RigidMotion motion;
   motion.origin_W = lower.com_W();
-  motion.accel_W = rest_.accel_W(below);
-  motion.alpha_W = rest_.alpha_W(below);
+  // The test uses the acceleration that the step has had; a later change is tested by
+  // find_overstressed().
+  motion.accel_W = rest_.accel_W(support);
+  motion.alpha_W = rest_.alpha_W(support);
   motion.omega_W = lower.omega_W;
-  const ContactWrenchCone cone = cone_of(child, below, constraints);
-  if (!cone.contains(composites_.required(child, motion))) return;
-  composites_.attach(child, below, cone);
+  const ContactWrenchCone cone = cone_of(child, support, constraints);
+  if (!cone.contains(composites_.required_wrench(child, motion))) return;
+  composites_.attach(child, support, cone);
   ++changes_;
   for (const auto& constraint : constraints) {
     const auto& contact = constraint.contact;
-    const bool on_a = contact.a == child && contact.b == below;
-    if (!on_a && !(contact.b == child && contact.a == below)) continue;
-    merged_.keep(child, constraint, body(contact.a).X_WB, carried(contact));
+    const bool on_a = contact.a == child && contact.b == support;
+    if (!on_a && !(contact.b == child && contact.a == support)) continue;
+    merged_.add(child, constraint, body(contact.a).X_WB, position_at_end(contact));
   }
   rest_.restart_on_body(child);
   const auto number = static_cast<std::size_t>(island_of[static_cast<std::size_t>(child)]);
@@ -327,21 +338,23 @@ void Simplification::merge(int child, int below, std::span<const ContactConstrai
   awake_roots_.erase(std::lower_bound(awake_roots_.begin(), awake_roots_.end(), child));
 }
 
-Eigen::Vector3d Simplification::carried(const Contact& contact) const {
+Eigen::Vector3d Simplification::position_at_end(const Contact& contact) const {
   return contact.p_W + step_s_ * body(contact.a).velocity_at(contact.p_W);
 }
 
-/// The contact of a composite with the body or, for below = kGround, the belt under it. The points
-/// were found before the step moved everything.
-ContactWrenchCone Simplification::cone_of(int child, int below,
+/// Friction cone of a composite's contact with its support, or with the belt for kGround. The
+/// points were detected at the start of the step.
+ContactWrenchCone Simplification::cone_of(int child, int support,
                                           std::span<const ContactConstraint> constraints) const {
   const FreeBody& upper = body(child);
   const Eigen::Isometry3d X_BW = upper.X_WB.inverse();
   ContactWrenchCone cone;
   for (const auto& constraint : constraints) {
     const auto& contact = constraint.contact;
-    const bool on_a = contact.a == child && contact.b == below;
-    if (!on_a && !(contact.b == child && contact.a == below)) continue;
+    const bool on_a = contact.a == child && contact.b == support;
+    if (!on_a && !(contact.b == child && contact.a == support)) continue;
+    // Contact points are those of the step's start; both bodies have moved since, and at rest to
+    // each other by the same amount.
     const Eigen::Vector3d p = contact.p_W + step_s_ * upper.velocity_at(contact.p_W);
     const Eigen::Vector3d n = X_BW.linear() * contact.n_W;
     cone.add(X_BW * p, on_a ? n : -n, constraint.friction);
@@ -357,7 +370,7 @@ void Simplification::fall_asleep(std::span<const ContactConstraint> constraints,
   for (const int number : awake_roots_) {
     const Island& island = islands_[static_cast<std::size_t>(number)];
     if (island.roots == 0 || !island.quiet || !(island.on_belt || island.on_fixed)) continue;
-    // Bridging the belt and what stands beside it is rest only while the belt does not run.
+    // A group on both the belt and fixed things is only at rest while the belt is stopped.
     if (island.on_belt && island.on_fixed && sleeping_.belt_speed_m_s() != 0) continue;
     scratch_.clear();
     int lone = -1;
@@ -367,6 +380,8 @@ void Simplification::fall_asleep(std::span<const ContactConstraint> constraints,
       if (root(i) == i) lone = i;
     }
     Carrier carrier;
+    // The interval of supporting points bounds how far the group may ride before it leaves the
+    // belt.
     carrier.belt = island.on_belt;
     carrier.belt_min = island.belt_min;
     carrier.belt_max = island.belt_max;
@@ -381,7 +396,7 @@ void Simplification::fall_asleep(std::span<const ContactConstraint> constraints,
       if (!is_free(contact.a) || island_of[static_cast<std::size_t>(root(contact.a))] != number) {
         continue;
       }
-      asleep_.keep(group, constraint, body(contact.a).X_WB, carried(contact));
+      asleep_.add(group, constraint, body(contact.a).X_WB, position_at_end(contact));
     }
     any = true;
   }

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "world/api/snapshot/snapshot.hpp"
+#include "world/physics/bodies/body_grouping.hpp"
 #include "world/physics/bodies/contact_constraint.hpp"
 #include "world/physics/bodies/free_body.hpp"
 #include "world/physics/bodies/static_shapes.hpp"
-#include "world/physics/bodies/ties.hpp"
 #include "world/physics/simplification/composites.hpp"
 #include "world/physics/simplification/frozen_contacts.hpp"
 #include "world/physics/simplification/rest_detector.hpp"
@@ -18,19 +18,19 @@
 
 namespace aprsim::physics {
 
-/// Contact simplification: decides what is at rest and what that saves. The modes:
+/// Contact simplification: takes contacts of bodies at rest out of the solver. The modes:
 ///
-/// off: nothing. virtual_joints: see VirtualJoints. merge: a body at rest relative to the only body
-/// that it touches becomes one rigid body with it (Composites), until the contact wrench that the
-/// coming step requires leaves the cone of their contact, something else touches it, a gripper
-/// comes near, or a body near it is in a fault. dormant: merge, and what rests on fixed things or
-/// on the belt sleeps (SleepingGroups). Rest is judged the same way in all modes (RestDetector).
+/// off: none. virtual_joints: see VirtualJoints. merge: a body at rest relative to the only body
+/// that it touches becomes one rigid body with it (Composites). It is unmerged if the wrench that
+/// the step requires leaves the cone of their contact, if another body touches it, or if a gripper
+/// or a faulty contact is near. dormant: merge, and groups at rest on fixed things or on the belt
+/// sleep (SleepingGroups). Rest is detected in the same way in all modes (RestDetector).
 class Simplification {
  public:
   Simplification(const scene::Physics& physics, std::span<FreeBody> bodies,
                  const StaticShapes& fixed);
 
-  // ---- who is simplified how
+  // ---- state
   [[nodiscard]] bool dormant(int body) const { return sleeping_.dormant(body); }
   /// The body whose rigid body moves this one: itself unless merged.
   [[nodiscard]] int root(int body) const { return composites_.root(body); }
@@ -56,14 +56,14 @@ class Simplification {
   [[nodiscard]] int group(int body) const;
   /// At rest relative to what carries it.
   [[nodiscard]] bool resting(int body) const;
-  [[nodiscard]] Ties ties(int body) const;
-  /// Rises with every change of ties(), and with every body that is lost.
+  [[nodiscard]] BodyGrouping grouping(int body) const;
+  /// Increases with every change of grouping(), and with every lost body.
   [[nodiscard]] std::uint64_t changes() const;
-  /// How many bodies hang on another as if by one joint.
+  /// Number of bodies that are attached to another one, as by a joint.
   [[nodiscard]] int joint_count() const;
-  /// Contact points that are not in the solver because nothing changes at them.
+  /// Number of contact points that are frozen instead of solved.
   [[nodiscard]] int frozen_count() const { return merged_.count() + asleep_.count(); }
-  /// Those of merged bodies with what they rest on, and those of sleeping groups, as they were.
+  /// Frozen contacts of merged bodies with their supports, and of sleeping groups.
   [[nodiscard]] const FrozenContacts& merged_contacts() const { return merged_; }
   [[nodiscard]] const FrozenContacts& sleeping_contacts() const { return asleep_; }
   [[nodiscard]] Eigen::Isometry3d X_WB(int body) const;
@@ -72,7 +72,7 @@ class Simplification {
 
   struct State;
   [[nodiscard]] State save() const;
-  /// Poses are the caller's business, afterwards.
+  /// The caller restores the poses afterwards.
   void restore(const State& state);
 
   /// Length of the coming steps.
@@ -84,37 +84,41 @@ class Simplification {
   /// While contacts are searched.
   void wake(int group);
   void touched_by_robot(int body);
-  /// A gripper or a fault is next to this body: it must neither sleep nor hang on another.
+  /// A gripper or a faulty contact is near this body: it must neither sleep nor be merged.
   void disturb(int body);
   /// Gives the members of a root's composite the motion of the root.
   void move_members(int root) { composites_.move_members(root); }
-  /// Frees a merged body from its parent, if it has one.
-  void release(int body);
-  /// Between two steps: takes an awake body that is lost (FreeBody::lost_step) out of everything.
-  void lose(int body);
-  /// Between two steps: the same with a body that a robot's flange takes (FreeBody::mounted).
-  void leave(int body);
-  /// Between two steps: an awake body that has been placed is in the cell again.
-  void enter(int body);
-  /// After the solver: appends the merged bodies that require a wrench of their parents outside the
-  /// cone of their contact; they have to be released and the step to be solved anew.
+  /// Unmerges a body from its parent, if it has one.
+  void unmerge(int body);
+  /// Between two steps: removes an awake body that is lost (FreeBody::lost_step).
+  void remove_lost(int body);
+  /// Between two steps: removes a body that is mounted on a robot's flange (FreeBody::mounted).
+  void remove_mounted(int body);
+  /// Between two steps: adds an awake body that has been placed in the cell again.
+  void add(int body);
+  /// After the solve: appends the merged bodies whose required wrench is outside the cone of their
+  /// contact. They must be unmerged and the step solved again.
   void find_overstressed(std::vector<int>& overstressed);
-  /// When the step is final: judges with the solved forces in `constraints` and each root's island
-  /// in `island_of` (by body, -1 = with a gripper).
+  /// At the end of a step: detects rest, merges bodies and lets groups fall asleep. `constraints`
+  /// have the solved forces; `island_of` is each root's island (by body, -1 = with a gripper).
   void observe(std::span<const ContactConstraint> constraints, std::span<const int> island_of);
 
  private:
-  /// What is at a body.
+  /// Contacts and neighbours of a body.
   struct Neighbours {
-    int below = -1;        // the only body that its composite touches
-    bool crowded = false;  // its composite touches more than that
-    bool touched = false;  // by a robot, in this step
-    bool near = false;     // a gripper or a fault, in this step
+    int support = -1;            // the only body that its composite touches
+    bool many_supports = false;  // its composite touches more than one
+    bool touched = false;        // by a robot, in this step
+    bool near = false;           // a gripper or a fault, in this step
 
     template <typename Self, typename Io>
     static void fields(Self& self, Io& io) {
-      auto& [below, crowded, touched, near] = self;
-      io(below, crowded, touched, near);
+      auto& [support, many_supports, touched, near] = self;
+      io(support, many_supports, touched, near);
+    }
+    template <typename In>
+    void require_valid(In& in) const {
+      in.index_or_none(In::kFreeBody, below);
     }
   };
   struct Island {
@@ -130,17 +134,17 @@ class Simplification {
   [[nodiscard]] FreeBody& body(int i) const { return bodies_[static_cast<std::size_t>(i)]; }
   [[nodiscard]] bool is_free(int id) const;
   void list_awake();
-  void note_contacts(std::span<const ContactConstraint> constraints);
-  void note_below(int a, int b);
-  void judge_islands(std::span<const ContactConstraint> constraints,
-                     std::span<const int> island_of);
+  void find_supports(std::span<const ContactConstraint> constraints);
+  void add_support(int a, int b);
+  void update_islands(std::span<const ContactConstraint> constraints,
+                      std::span<const int> island_of);
   void count_on_carrier(int i, const Island& island);
-  void judge_pairs(std::span<const ContactConstraint> constraints, std::span<const int> island_of);
-  void merge(int child, int below, std::span<const ContactConstraint> constraints,
+  void update_pairs(std::span<const ContactConstraint> constraints, std::span<const int> island_of);
+  void merge(int child, int support, std::span<const ContactConstraint> constraints,
              std::span<const int> island_of);
-  /// Where a contact point found at a step's start is at its end, carried along by its first body.
-  [[nodiscard]] Eigen::Vector3d carried(const Contact& contact) const;
-  [[nodiscard]] ContactWrenchCone cone_of(int child, int below,
+  /// Position at the end of the step of a contact point that was detected at its start.
+  [[nodiscard]] Eigen::Vector3d position_at_end(const Contact& contact) const;
+  [[nodiscard]] ContactWrenchCone cone_of(int child, int support,
                                           std::span<const ContactConstraint> constraints) const;
   void fall_asleep(std::span<const ContactConstraint> constraints, std::span<const int> island_of);
 
@@ -158,7 +162,7 @@ class Simplification {
   std::vector<Island> islands_;  // by island number
   std::vector<int> awake_, awake_roots_, scratch_;
   double belt_speed_before_ = 0;
-  std::uint64_t changes_ = 0;  // but those of virtual joints
+  std::uint64_t changes_ = 0;  // without those of virtual joints
 };
 
 /// All that changes from step to step.
@@ -178,6 +182,11 @@ struct Simplification::State {
            neighbours, belt_speed_before] = self;
     io(composites, sleeping, virtual_joints, rest, merged_contacts, sleeping_contacts, neighbours,
        belt_speed_before);
+  }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.one_for_each(In::kFreeBody, rest.size());
+    in.one_for_each(In::kFreeBody, neighbours.size());
   }
 };
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "world/physics/collision/speculative/look_ahead.hpp"
+#include "world/physics/collision/speculative/speculative_contacts.hpp"
 
 namespace aprsim::physics {
 namespace {
@@ -22,7 +22,7 @@ SleepingGroups::SleepingGroups(std::span<FreeBody> bodies, const StaticShapes& f
       belt_axis_W_(fixed.belt_axis_W),
       group_(bodies.size(), -1),
       next_(bodies.size(), -1),
-      lying_(bodies.size()),
+      poses_(bodies.size()),
       groups_(bodies.size()) {
   active_.reserve(bodies.size());
   for (std::size_t i = bodies.size(); i > 0; --i) spare_.push_back(static_cast<int>(i) - 1);
@@ -33,10 +33,12 @@ Eigen::Vector3d SleepingGroups::shift(const Group& group) const {
   return (travel_ - group.travel) * fixed_->belt_axis_W;
 }
 
-/// What falls asleep on a belt that stands looks no farther ahead when this runs.
+/// Bodies that fell asleep on a stopped belt have bounds without a prediction horizon, which is
+/// added here.
 Aabb SleepingGroups::box(int g) const {
   const Group& group = at(g);
-  const double ahead = kStepsAhead * body(group.lowest).step_s * velocity(group.lowest).norm();
+  // The box must contain the group over the look-ahead of those that search for contacts with it.
+  const double ahead = kLookaheadSteps * body(group.lowest).step_s * velocity(group.lowest).norm();
   return group.box.moved(shift(group)).grown(ahead);
 }
 
@@ -51,11 +53,13 @@ Eigen::Isometry3d SleepingGroups::X_WB(int i) const {
 bool SleepingGroups::contains(const Group& group, double belt_accel) const {
   if (!group.has_cone) return false;
   RigidMotion motion;
+  // A group translates with the belt: no angular acceleration, and so one scalar describes its
+  // motion.
   motion.accel_W = belt_accel * fixed_->belt_axis_W;
   for (int b = group.lowest; b >= 0; b = next(b)) {
     if (composites_->parent(b) >= 0) {
       if (!composites_->contains(b, motion)) return false;
-    } else if (!group.cone.contains(composites_->required(b, motion))) {
+    } else if (!group.cone.contains(composites_->required_wrench(b, motion))) {
       return false;
     }
   }
@@ -64,13 +68,15 @@ bool SleepingGroups::contains(const Group& group, double belt_accel) const {
 
 void SleepingGroups::groups_to_wake(double belt_speed_m_s, double step_s,
                                     std::vector<int>& to_wake) {
+  // Two conditions per group: the position at which it meets something, and the acceleration that
+  // its contacts bear. Both are intervals, and the common intervals of all groups are tested first.
   const double accel = (belt_speed_m_s - speed_) / step_s;
   const double travel = travel_ + belt_speed_m_s * step_s;
   const bool calm = travel <= travel_high_ && travel >= travel_low_;
   const auto within = [accel](double low, double high) {
     return accel >= low - kSameAccel && accel <= high + kSameAccel;
   };
-  // No group on the belt is concerned: nothing is looked at.
+  // No group on the belt is affected.
   if (calm && within(accel_low_, accel_high_)) return;
   for (const int g : active_) {
     Group& group = at(g);
@@ -86,11 +92,11 @@ void SleepingGroups::groups_to_wake(double belt_speed_m_s, double step_s,
     group.accel_low = std::min(group.accel_low, accel);
     group.accel_high = std::max(group.accel_high, accel);
   }
-  find_tightest();
+  update_limits();
 }
 
 /// The intervals of travel and acceleration within which no group wakes.
-void SleepingGroups::find_tightest() {
+void SleepingGroups::update_limits() {
   travel_low_ = accel_low_ = -1e30;
   travel_high_ = accel_high_ = 1e30;
   for (const int g : active_) {
@@ -103,12 +109,12 @@ void SleepingGroups::find_tightest() {
   }
 }
 
-// ---- what lies in the way
+// ---- obstacles
 
 /// The belt's travel at which the group's box meets an obstacle that stays in place: moving box
 /// against box, axis by axis (Ericson 2005, ch. 5.5.8).
-void SleepingGroups::limit_by(Group& group, const Aabb& obstacle, const Eigen::Vector3d& axis,
-                              double travel) {
+void SleepingGroups::limit_travel_by(Group& group, const Aabb& obstacle,
+                                     const Eigen::Vector3d& axis, double travel) {
   // Travel interval in which the boxes overlap, axis by axis.
   double enter = -1e30, leave = 1e30;
   for (int k = 0; k < 3; ++k) {
@@ -130,7 +136,7 @@ void SleepingGroups::limit_by(Group& group, const Aabb& obstacle, const Eigen::V
   } else if (leave < now) {
     group.travel_low = std::max(group.travel_low, group.travel + leave);
   } else {
-    group.travel_low = group.travel_high = travel;  // already there: any motion may touch
+    group.travel_low = group.travel_high = travel;  // around the box: any motion may touch
   }
 }
 
@@ -140,18 +146,19 @@ void SleepingGroups::limit_travel(Group& group, const Carrier& carrier) {
   group.travel_low = std::min(travel_, travel_ - half - carrier.belt_min);
   for (std::size_t i = 0; i < fixed_->shapes.size(); ++i) {
     const StaticShape& shape = fixed_->shapes[i];
-    // What lies under the group does not stop it.
+    // Shapes under the group do not stop it.
     if (shape.belt || shape.bounds.max.z() < group.box.min.z() + kOnTop) continue;
-    limit_by(group, shape.bounds, fixed_->belt_axis_W, travel_);
+    limit_travel_by(group, shape.bounds, fixed_->belt_axis_W, travel_);
   }
   for (const int g : active_) {
-    if (!at(g).belt) limit_by(group, at(g).box, fixed_->belt_axis_W, travel_);
+    if (!at(g).belt) limit_travel_by(group, at(g).box, fixed_->belt_axis_W, travel_);
   }
 }
 
 // ---- falling asleep and waking
 
 int SleepingGroups::sleep(std::span<const int> members, const Carrier& carrier) {
+  // Slots are reused; their number is bounded by the number of bodies.
   const int slot = spare_.back();
   spare_.pop_back();
   Group& group = at(slot);
@@ -180,13 +187,13 @@ int SleepingGroups::sleep(std::span<const int> members, const Carrier& carrier) 
     limit_travel(group, carrier);
   } else {
     for (const int g : active_) {
-      if (at(g).belt) limit_by(at(g), group.box, fixed_->belt_axis_W, travel_);
+      if (at(g).belt) limit_travel_by(at(g), group.box, fixed_->belt_axis_W, travel_);
     }
   }
   active_.insert(std::lower_bound(active_.begin(), active_.end(), slot), slot);
   roots_ += group.roots;
-  note_poses(slot);
-  find_tightest();
+  record_poses(slot);
+  update_limits();
   return slot;
 }
 
@@ -202,20 +209,20 @@ void SleepingGroups::sync_poses(int g) {
     group.box = b == group.lowest ? free.bounds : group.box.joined(free.bounds);
   }
   group.travel = travel_;
-  note_poses(g);
+  record_poses(g);
 }
 
-void SleepingGroups::note_poses(int g) {
+void SleepingGroups::record_poses(int g) {
   const Group& group = at(g);
   for (int b = group.lowest; b >= 0; b = next(b)) {
     const Eigen::Isometry3d& X_WB = body(b).X_WB;
-    lying_[static_cast<std::size_t>(b)] = {X_WB.translation(), Eigen::Quaterniond(X_WB.linear()),
+    poses_[static_cast<std::size_t>(b)] = {X_WB.translation(), Eigen::Quaterniond(X_WB.linear()),
                                            group.travel, group.lowest, group.belt};
   }
 }
 
-void SleepingGroups::note_poses() {
-  for (const int g : active_) note_poses(g);
+void SleepingGroups::record_poses() {
+  for (const int g : active_) record_poses(g);
 }
 
 void SleepingGroups::wake(int g) {
@@ -224,6 +231,8 @@ void SleepingGroups::wake(int g) {
   for (int b = group.lowest; b >= 0;) {
     const int after = next(b);
     group_[static_cast<std::size_t>(b)] = next_[static_cast<std::size_t>(b)] = -1;
+    // Rigid bodies of roots were not updated during sleep. Members follow their root in the next
+    // step.
     if (composites_->root(b) == b) {
       FreeBody& free = body(b);
       free.body.set_position(free.origin_W());
@@ -234,7 +243,39 @@ void SleepingGroups::wake(int g) {
   roots_ -= group.roots;
   active_.erase(std::lower_bound(active_.begin(), active_.end(), g));
   spare_.push_back(g);
-  find_tightest();
+  update_limits();
+}
+
+bool SleepingGroups::has_valid_list(int g, std::vector<char>& listed) const {
+  const int count = static_cast<int>(group_.size());
+  if (at(g).lowest < 0) return false;
+  for (int b = at(g).lowest; b >= 0; b = next(b)) {
+    if (b >= count || listed[static_cast<std::size_t>(b)] != 0 || group(b) != g) return false;
+    if (next(b) >= 0 && next(b) <= b) return false;
+    listed[static_cast<std::size_t>(b)] = 1;
+  }
+  return true;
+}
+
+bool SleepingGroups::is_consistent() const {
+  const int count = static_cast<int>(groups_.size());
+  std::vector<char> used(groups_.size(), 0), listed(group_.size(), 0);
+  for (const std::vector<int>* slots : {&active_, &spare_}) {
+    for (const int g : *slots) {
+      if (g < 0 || g >= count || used[static_cast<std::size_t>(g)] != 0) return false;
+      used[static_cast<std::size_t>(g)] = 1;
+    }
+  }
+  int roots = 0;
+  for (const int g : active_) {
+    if (!has_valid_list(g, listed)) return false;
+    roots += at(g).roots;
+  }
+  for (std::size_t b = 0; b < group_.size(); ++b) {
+    if (listed[b] == 0 && (group_[b] != -1 || next_[b] != -1)) return false;
+  }
+  return roots == roots_ && std::ranges::is_sorted(active_) &&
+         std::ranges::all_of(used, [](char is_used) { return is_used != 0; });
 }
 
 void SleepingGroups::restore(const SleepingGroups& from) {

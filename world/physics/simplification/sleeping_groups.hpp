@@ -8,7 +8,7 @@
 
 namespace aprsim::physics {
 
-/// What a group that falls asleep rests on.
+/// Carrier of a group that falls asleep.
 struct Carrier {
   bool belt = false;
   double belt_min = 0, belt_max = 0;  ///< of the points on the belt, along it
@@ -17,12 +17,12 @@ struct Carrier {
   const ContactWrenchCone* cone = nullptr;
 };
 
-/// Groups of bodies at rest on one carrier - fixed things or the belt - that have left the solver
-/// and the search for contacts, and move exactly with their carrier: on the belt through changes of
-/// its speed too, as long as the wrenches that these require lie in the contacts' cones. Poses are
-/// computed when somebody asks. A step costs nothing per group; a group wakes when its box, swept
-/// along the belt, would meet something fixed or at rest, when an acceleration of the belt requires
-/// more than its contacts can bear, or when the search for contacts finds something at it.
+/// Groups of bodies at rest on one carrier, fixed things or the belt. They are neither solved nor
+/// searched for contacts, and move exactly with their carrier. On the belt they stay asleep while
+/// its speed changes, as long as the required wrenches are within the contacts' cones. Poses are
+/// computed on demand, and a step costs nothing per group. A group wakes if its box, swept along
+/// the belt, would touch something fixed or at rest, if the belt accelerates more than its contacts
+/// can bear, or if contact search finds a body at it.
 class SleepingGroups {
  public:
   SleepingGroups(std::span<FreeBody> bodies, const StaticShapes& fixed,
@@ -31,23 +31,23 @@ class SleepingGroups {
   [[nodiscard]] int group(int body) const { return group_[static_cast<std::size_t>(body)]; }
   [[nodiscard]] bool dormant(int body) const { return group(body) >= 0; }
   /// Lowest body of the group that `body` is in.
-  [[nodiscard]] int lowest(int body) const { return lying(body).lowest; }
+  [[nodiscard]] int lowest(int body) const { return sleeping_pose(body).lowest; }
   [[nodiscard]] std::span<const int> groups() const { return active_; }
   [[nodiscard]] int first(int group) const { return at(group).lowest; }
   /// The next body of the same group in ascending order, -1 = no more.
   [[nodiscard]] int next(int body) const { return next_[static_cast<std::size_t>(body)]; }
-  /// Box about a group as it lies now.
+  /// Present box about a group.
   [[nodiscard]] Aabb box(int group) const;
   /// Pose and velocity of the centre of mass now.
   [[nodiscard]] Eigen::Isometry3d X_WB(int body) const;
-  /// What observers ask of every body after every step. Nothing but this is looked at.
+  /// Readings of every body after every step; they use the compact SleepingPose only.
   [[nodiscard]] Eigen::Vector3d p_WB(int body) const {
-    const Lying& it = lying(body);
+    const SleepingPose& it = sleeping_pose(body);
     return it.belt ? it.p_W + (travel_ - it.travel) * belt_axis_W_ : it.p_W;
   }
-  [[nodiscard]] const Eigen::Quaterniond& q_WB(int body) const { return lying(body).q_WB; }
+  [[nodiscard]] const Eigen::Quaterniond& q_WB(int body) const { return sleeping_pose(body).q_WB; }
   [[nodiscard]] Eigen::Vector3d velocity(int body) const {
-    if (!lying(body).belt) return Eigen::Vector3d::Zero();
+    if (!sleeping_pose(body).belt) return Eigen::Vector3d::Zero();
     return speed_ * belt_axis_W_;
   }
   [[nodiscard]] int root_count() const { return roots_; }
@@ -56,9 +56,9 @@ class SleepingGroups {
 
   /// Appends the groups that must not sleep through a step with this speed of the belt.
   void groups_to_wake(double belt_speed_m_s, double step_s, std::vector<int>& to_wake);
-  /// Sets the belt's speed, after what had to be woken has been.
+  /// Sets the belt's speed, after groups_to_wake() have been woken.
   void begin_step(double belt_speed_m_s) { speed_ = belt_speed_m_s; }
-  /// Moves the belt on.
+  /// Advances the belt's travel.
   void end_step(double step_s) { travel_ += speed_ * step_s; }
 
   /// `members` ascending. Gives them exactly the carrier's velocity. Returns the group.
@@ -68,10 +68,10 @@ class SleepingGroups {
   /// Ends a group; its bodies move as their carrier did in the last step.
   void wake(int group);
 
-  /// Copies the state of the same bodies' groups; poses are the caller's business, who then calls
-  /// note_poses().
+  /// Copies the state of the same bodies' groups. The caller restores the poses and then calls
+  /// record_poses().
   void restore(const SleepingGroups& from);
-  void note_poses();
+  void record_poses();
 
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
@@ -80,6 +80,13 @@ class SleepingGroups {
            travel, speed, roots, travel_low, travel_high, accel_low, accel_high] = self;
     io(group, next, groups, active, spare, travel, speed, roots, travel_low, travel_high, accel_low,
        accel_high);
+  }
+  template <typename In>
+  void require_valid(In& in) const {
+    for (const std::size_t size : {group_.size(), next_.size(), groups_.size()}) {
+      in.one_for_each(In::kFreeBody, size);
+    }
+    in.require(is_consistent(), "sleeping groups that do not fit together");
   }
 
  private:
@@ -102,17 +109,16 @@ class SleepingGroups {
          roots);
     }
   };
-  /// A sleeping body's pose as its record has it, side by side with the others': a record of its
-  /// own is far from the next in memory.
-  struct Lying {
+  /// Pose of a sleeping body, contiguous in memory with the others.
+  struct SleepingPose {
     Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  // when the belt had moved by `travel`
     Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();
     double travel = 0;
     int lowest = -1;  // of its group
     bool belt = false;
   };
-  [[nodiscard]] const Lying& lying(int body) const {
-    return lying_[static_cast<std::size_t>(body)];
+  [[nodiscard]] const SleepingPose& sleeping_pose(int body) const {
+    return poses_[static_cast<std::size_t>(body)];
   }
   [[nodiscard]] const Group& at(int group) const {
     return groups_[static_cast<std::size_t>(group)];
@@ -120,19 +126,22 @@ class SleepingGroups {
   [[nodiscard]] Group& at(int group) { return groups_[static_cast<std::size_t>(group)]; }
   [[nodiscard]] FreeBody& body(int i) const { return bodies_[static_cast<std::size_t>(i)]; }
   [[nodiscard]] Eigen::Vector3d shift(const Group& group) const;
-  void note_poses(int group);
+  void record_poses(int group);
   [[nodiscard]] bool contains(const Group& group, double belt_accel) const;
   void limit_travel(Group& group, const Carrier& carrier);
-  static void limit_by(Group& group, const Aabb& obstacle, const Eigen::Vector3d& axis,
-                       double travel);
-  void find_tightest();
+  static void limit_travel_by(Group& group, const Aabb& obstacle, const Eigen::Vector3d& axis,
+                              double travel);
+  void update_limits();
+  /// Whether every group is either active, with a valid list of its bodies, or spare.
+  [[nodiscard]] bool is_consistent() const;
+  [[nodiscard]] bool has_valid_list(int group, std::vector<char>& listed) const;
 
   std::span<FreeBody> bodies_;
   const StaticShapes* fixed_;
   const Composites* composites_;
   Eigen::Vector3d belt_axis_W_;
-  std::vector<int> group_, next_;  // by body
-  std::vector<Lying> lying_;       // by body; of those in groups
+  std::vector<int> group_, next_;    // by body
+  std::vector<SleepingPose> poses_;  // by body; of those in groups
   std::vector<Group> groups_;
   std::vector<int> active_, spare_;  // groups that sleep; records without a group
   double travel_ = 0, speed_ = 0;

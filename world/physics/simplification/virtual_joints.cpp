@@ -40,6 +40,8 @@ bool VirtualJoints::joined(int a, int b) const {
 }
 
 void VirtualJoints::observe(std::span<const ContactConstraint> constraints) {
+  // Deletion comes first. A pair that fails its test has contacts again for at least one step,
+  // because joined pairs have none in this one.
   const std::uint64_t serial = next_serial_;
   const std::size_t count = pairs_.size();
   release_changed();
@@ -49,13 +51,13 @@ void VirtualJoints::observe(std::span<const ContactConstraint> constraints) {
   for (std::size_t i = 0; i < bodies_.size(); ++i) v_before_[i] = bodies_[i].v_com_W;
 }
 
-void VirtualJoints::forget(int body) {
+void VirtualJoints::remove_joints_of(int body) {
   const std::size_t count =
       std::erase_if(pairs_, [&](const Pair& pair) { return pair.a == body || pair.b == body; });
   if (count > 0) find_groups();
 }
 
-/// Algorithm 2: the joint goes when |Fc - Fv| > e.
+/// Algorithm 2: the joint is removed if |Fc - Fv| > e.
 void VirtualJoints::release_changed() {
   std::erase_if(pairs_, [this](const Pair& pair) {
     return (pair.contact_force - pair.force_on_b()).norm() > force_;
@@ -78,6 +80,7 @@ void VirtualJoints::join_resting(std::span<const ContactConstraint> constraints)
     if (!free(a) || !free(b)) continue;
     const auto ia = static_cast<std::size_t>(a), ib = static_cast<std::size_t>(b);
     const Eigen::Vector3d v = bodies_[ia].v_com_W - bodies_[ib].v_com_W;
+    // The paper's |a1 - a2| by a backward difference of velocities.
     const Eigen::Vector3d accel = (v - (v_before_[ia] - v_before_[ib])) / step_s_;
     if (v.norm() >= speed_ || accel.norm() >= accel_) continue;
     if (a < b) {
@@ -96,6 +99,7 @@ void VirtualJoints::join(int a, int b, const Eigen::Vector3d& force_on_b) {
   pair.serial = next_serial_++;
   pair.contact_force = force_on_b;
   for (std::size_t i = 0; i < 3; ++i) {
+    // Eq. 5: when the joint is made, its force equals the net contact force.
     pair.forces[i].guess_n.last = -force_on_b[static_cast<Eigen::Index>(i)];
   }
   pair.X_WA = pose_of(rigid_body(a));
@@ -114,7 +118,11 @@ void VirtualJoints::add_to(ConstraintSystem& system, std::size_t number) {
   const Vector3d apart = b.p_W() - a.p_W();
   const Vector3d joined = pair.X_WB.translation() - pair.X_WA.translation();
   // Errors against the relative pose when joined: of position, and the small rotation between them.
+  // Error of position in world axes; ERP removes a share of it in each step (Baumgarte 1972
+  // stabilisation).
   const Vector3d off = apart - R_a * (R_a0.transpose() * joined);
+  // Rotation vector of a small rotation: half the sum of cross products of the axes, as it is and
+  // as wanted.
   const Eigen::Matrix3d R_a_wanted = R_b * R_b0.transpose() * R_a0;
   Vector3d turn = Vector3d::Zero();
   for (int i = 0; i < 3; ++i) turn += 0.5 * R_a.col(i).cross(R_a_wanted.col(i));

@@ -14,8 +14,8 @@ namespace aprsim::physics {
 
 /// Contact simplification as in IMECE2019-11345, with its criteria and nothing else, so that it can
 /// be compared: a touching pair of free bodies with |v1 - v2| < e1 and |a1 - a2| < e2 gets one
-/// fixed joint and its contacts are switched off (Algorithm 1); the joint goes when the force that
-/// it transmits departs by more than e from the contact force that it replaced (Algorithm 2). It
+/// fixed joint and its contacts are switched off (Algorithm 1); the joint is removed if its
+/// force differs by more than e from the contact force that it replaced (Algorithm 2). It
 /// needs only joint forces and a per-pair collision switch of the engine.
 class VirtualJoints {
  public:
@@ -36,6 +36,11 @@ class VirtualJoints {
       auto& [a, b, serial, contact_force, X_WA, X_WB, forces] = self;
       io(a, b, serial, contact_force, X_WA, X_WB, forces);
     }
+    template <typename In>
+    void require_valid(In& in) const {
+      in.index(In::kFreeBody, a, b);
+      in.require(a < b, "a virtual joint in the wrong order");
+    }
   };
 
   VirtualJoints(const scene::Physics& physics, std::span<FreeBody> bodies);
@@ -46,7 +51,7 @@ class VirtualJoints {
   /// Lowest body of those that a body is joined to, directly or not; -1 = to none.
   [[nodiscard]] int group(int body) const { return group_[static_cast<std::size_t>(body)]; }
 
-  /// Rises with every pair that is joined or comes apart.
+  /// Increases with every pair that is joined or separated.
   [[nodiscard]] std::uint64_t changes() const { return 2 * next_serial_ - pairs_.size(); }
 
   /// Adds a pair's joint to a system that is to be solved.
@@ -65,12 +70,24 @@ class VirtualJoints {
       auto& [pairs, v_before, group, next_serial] = self;
       io(pairs, v_before, group, next_serial);
     }
+    template <typename In>
+    void require_valid(In& in) const {
+      in.one_for_each(In::kFreeBody, v_before.size());
+      in.one_for_each(In::kFreeBody, group.size());
+      for (const int of_body : group) in.index_or_none(In::kFreeBody, of_body);
+      const auto in_order = [](const Pair& first, const Pair& second) {
+        return first.a < second.a || (first.a == second.a && first.b < second.b);
+      };
+      for (std::size_t i = 1; i < pairs.size(); ++i) {
+        in.require(in_order(pairs[i - 1], pairs[i]), "virtual joints out of order");
+      }
+    }
   };
   [[nodiscard]] State save() const { return {pairs_, v_before_, group_, next_serial_}; }
   void restore(const State& state);
 
   /// Removes the joints of a body.
-  void forget(int body);
+  void remove_joints_of(int body);
   /// Length of the coming steps.
   void set_step_s(double step_s) { step_s_ = step_s; }
 

@@ -9,11 +9,12 @@
 namespace aprsim::physics {
 namespace {
 
-/// Takes a model's moving things over into another one.
+/// Copies the state of a model into another one.
 class Adoption {
  public:
   Adoption(PhysicsModel& model, const PhysicsModel& old, std::span<const int> old_of)
       : model_(model), old_(old), old_of_(old_of) {
+    // The inverse map: forces and grasps name bodies by their old numbers.
     new_of_.assign(static_cast<std::size_t>(old.ids.part_count()), -1);
     for (std::size_t i = 0; i < old_of.size(); ++i) {
       if (old_of[i] >= 0) new_of_[static_cast<std::size_t>(old_of[i])] = static_cast<int>(i);
@@ -26,16 +27,17 @@ class Adoption {
     }
   }
 
-  /// On which flange each tool is, and where the others are.
+  /// Attaches the tools as in the old model, and copies the poses of free tools.
   void adopt_tools(const PhysicsStep& old_step) {
     const int robots = static_cast<int>(model_.arms.size());
+    // Detaching first makes every tool free, so that two robots can exchange their tools.
     for (int r = 0; r < robots; ++r) {
-      if (tool(model_, r) != tool(old_, r)) leave_tool(model_, r);
+      if (tool(model_, r) != tool(old_, r)) detach_tool(model_, r);
     }
     for (int r = 0; r < robots; ++r) {
       const int taken = tool(old_, r);
       if (taken >= 0 && tool(model_, r) != taken) {
-        take_tool(model_, r, taken, old_step.mount(r));
+        attach_tool(model_, r, taken, old_step.mount(r));
       }
     }
     for (int t = 0; t < static_cast<int>(model_.tools.size()); ++t) {
@@ -55,7 +57,7 @@ class Adoption {
     model_.open_tools();
   }
 
-  /// Those of the last step still load the arms in the next one.
+  /// Forces of the last step, which load the arms in the next one.
   [[nodiscard]] ContactReport::State arm_forces(const ContactReport& old) const {
     ContactReport::State forces = old.save();
     for (auto& of_arm : forces) {
@@ -77,7 +79,8 @@ class Adoption {
     const FreeBody& was = old_.body(other);
     body.jammed = was.jammed;
     body.lost_step = was.lost_step;
-    if (body.lost_step) model_.simplification.lose(to);
+    // A lost body must leave contact search before it gets its pose.
+    if (body.lost_step) model_.simplification.remove_lost(to);
     body.place(old_.simplification.X_WB(other), old_.simplification.velocity(other), was.omega_W);
   }
 

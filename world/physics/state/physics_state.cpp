@@ -1,5 +1,6 @@
 #include "world/physics/state/physics_state.hpp"
 
+#include <algorithm>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -49,6 +50,24 @@ struct PhysicsState::Data {
     io(bodies, grippers, parked, tool_of_robot, arms, simplification, constraints, belt_speed_m_s,
        step);
   }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.one_for_each(In::kRobot, tool_of_robot.size());
+    for (const int tool : tool_of_robot) in.index_or_none(In::kTool, tool);
+    for (std::size_t r = 0; r < arms.size(); ++r) {
+      const auto links = static_cast<std::size_t>(in.counts().robots[r].links);
+      in.require(arms[r].X_WL_before.size() == links && arms[r].X_WL.size() == links &&
+                     arms[r].X_WL_next.size() == links,
+                 "an arm with another number of links");
+    }
+    const std::size_t parts = bodies.size() - parked.size();
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      const auto tool = static_cast<int>(i) - static_cast<int>(parts);
+      const auto robots = tool < 0 ? 0 : std::ranges::count(tool_of_robot, tool);
+      in.require(robots == (bodies[i].mounted ? 1 : 0),
+                 "a tool that is not where its robot has it");
+    }
+  }
 };
 
 /// Lost and mounted bodies are marked before.
@@ -63,6 +82,8 @@ void PhysicsState::Data::Body::restore(FreeBody& body) const {
 }
 
 PhysicsState::PhysicsState(const PhysicsModel& model, const PhysicsStep& step) {
+  // Everything that a later step reads must be in Data: resumed and uninterrupted runs agree bit
+  // for bit.
   Data data{.simplification = model.simplification.save()};
   for (const auto& body : model.bodies) {
     data.bodies.push_back({body.body.motion(), body.origin_B, body.X_WB, body.v_com_W, body.omega_W,
@@ -96,7 +117,7 @@ void PhysicsState::restore(PhysicsModel& model, PhysicsStep& step) const {
   for (std::size_t i = 0; i < data.bodies.size(); ++i) {
     data.bodies[i].restore(model.bodies[i]);
   }
-  model.simplification.sleeping().note_poses();
+  model.simplification.sleeping().record_poses();
   arrange_tools(model, data.tool_of_robot);
   for (std::size_t r = 0; r < data.arms.size(); ++r) {
     model.arms[r].restore(data.arms[r]);
@@ -109,13 +130,18 @@ void PhysicsState::restore(PhysicsModel& model, PhysicsStep& step) const {
   step.restore(data.step);
 }
 
+int PhysicsState::tool_of(int robot) const {
+  return data_->tool_of_robot.at(static_cast<std::size_t>(robot));
+}
+
 std::size_t PhysicsState::bytes() const {
   if (!data_) return 0;
+  // Capacity, not size: the heap memory that the state occupies.
   const auto held = [](const auto& values) { return values.capacity() * sizeof values[0]; };
-  std::size_t kept_bytes = held(data_->step.kept);
-  for (const auto& manifold : data_->step.kept) kept_bytes += held(manifold.points);
+  std::size_t cache_bytes = held(data_->step.cache);
+  for (const auto& manifold : data_->step.cache) cache_bytes += held(manifold.points);
   return sizeof *data_ + held(data_->bodies) + held(data_->grippers) + held(data_->parked) +
-         held(data_->arms) + held(data_->constraints) + kept_bytes +
+         held(data_->arms) + held(data_->constraints) + cache_bytes +
          held(data_->step.solver.contacts);
 }
 

@@ -13,7 +13,8 @@ namespace aprsim::physics {
 struct PhysicsModel;
 class PhysicsStep;
 
-/// All that later steps depend on, between two steps: an immutable value, cheap to copy.
+/// State of the physics between two steps, complete for all later ones. An immutable value, cheap
+/// to copy.
 class PhysicsState {
  public:
   PhysicsState() = default;  ///< of no world; restore() refuses it
@@ -23,10 +24,12 @@ class PhysicsState {
   /// initial link poses. Throws std::invalid_argument when the numbers of bodies or robots differ.
   void restore(PhysicsModel& model, PhysicsStep& step) const;
 
+  /// The tool on a robot's flange; -1 = none.
+  [[nodiscard]] int tool_of(int robot) const;
   /// Memory, approximately.
   [[nodiscard]] std::size_t bytes() const;
-  /// As bytes (world/archive/archive.hpp), and back into a state of a world of the same scene,
-  /// whose numbers of bodies and robots rule. Throws archive::Damaged.
+  /// Serialises to bytes (world/archive/archive.hpp), and back into a state of a world of the same
+  /// scene, which determines the numbers of bodies and robots. Throws archive::Damaged.
   void write(archive::Writer& out) const;
   void read(archive::Reader& in);
 

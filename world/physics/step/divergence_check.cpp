@@ -20,6 +20,8 @@ void check(std::string_view name, double radius, const Eigen::Vector3d& p, const
   if (!p.allFinite() || !v.allFinite() || !omega.allFinite()) {
     fail_at(name, step, "position or velocity is not a number");
   }
+  // An upper bound of the speed of any point. Impacts of parts are tested to 10 m/s, so that only a
+  // diverged solution reaches the limit.
   const double speed = v.norm() + radius * omega.norm();
   if (speed > kMaxSpeed) {
     fail_at(name, step,
@@ -35,6 +37,8 @@ void check_state(const PhysicsModel& model, std::uint64_t step) {
     const auto& body = model.body(i);
     check(body.name, body.radius_m, body.X_WB.translation(), body.v_com_W, body.omega_W, step);
   }
+  // A state that is caught here has not reached contact search yet; the caller keeps the last good
+  // state.
   // Idle grippers are moved by kinematics alone.
   for (std::size_t r = 0; r < model.grippers.size(); ++r) {
     const auto& gripper = model.grippers[r];

@@ -19,6 +19,7 @@ int Islands::node(const PhysicsModel& model, BodyIndex body) const {
 }
 
 /// Union-find: the lowest node of a component, with path halving.
+/// Path halving: every visited node is linked to its grandparent (Tarjan & van Leeuwen 1984).
 int Islands::root(int node) {
   while (parent_[index(node)] != node) {
     parent_[index(node)] = parent_[index(parent_[index(node)])];
@@ -28,14 +29,19 @@ int Islands::root(int node) {
 }
 
 void Islands::unite(int a, int b) {
+  // The lower root wins. Island numbers thus do not depend on the order of the contacts.
   const int ra = root(a), rb = root(b);
   parent_[index(std::max(ra, rb))] = std::min(ra, rb);
 }
 
 void Islands::find(const PhysicsModel& model, std::span<const ContactConstraint> constraints) {
+  // Two partitions from one union-find: resting groups end at a gripper's surroundings, islands of
+  // the solver do not.
   mark_near(model, constraints);
   for_nodes(model, [this](int i) { parent_[index(i)] = i; });
   for_edges(model, constraints, [this](int a, int b) {
+    // Edges across the border of a gripper's surroundings are left out first, and added for the
+    // islands afterwards.
     if ((near_[index(a)] == kFar) == (near_[index(b)] == kFar)) unite(a, b);
   });
   for (const int i : model.simplification.awake_roots()) {
@@ -56,6 +62,7 @@ void Islands::mark_near(const PhysicsModel& model, std::span<const ContactConstr
     near_[index(to)] = to < free_ && model.body(to).is_tray() ? kBorder : kCore;
     return true;
   };
+  // Few bodies are near a gripper, so that sweeps to a fixed point are cheaper than a queue.
   bool changed = true;
   while (changed) {
     changed = false;

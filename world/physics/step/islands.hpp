@@ -8,10 +8,9 @@
 
 namespace aprsim::physics {
 
-/// Which bodies act on each other in a step. Islands are the connected components of the graph
-/// whose nodes are awake roots and grippers that are not idle and whose edges are contacts and
-/// virtual joints (union-find); what moves as it does, belt, table and arms, joins nothing. No call
-/// allocates.
+/// Islands of bodies that act on each other in a step: the connected components of a graph
+/// (union-find). Its nodes are awake roots and grippers that are not idle, its edges contacts and
+/// virtual joints. Kinematic things (belt, table, arms) connect nothing. No call allocates.
 class Islands {
  public:
   explicit Islands(const PhysicsModel& model);
@@ -22,10 +21,10 @@ class Islands {
   /// Number of the island of a root or a gripper: its lowest node.
   [[nodiscard]] int number_of_root(int body) const { return number_[index(body)]; }
   [[nodiscard]] int number_of_gripper(int robot) const { return number_[index(free_ + robot)]; }
-  /// Of the island in which a contact is solved.
+  /// Number of the island in which a contact is solved.
   [[nodiscard]] int number_of(const PhysicsModel& model, const ContactConstraint& constraint) const;
-  /// Per root, for those who judge what rests: a number of all that lies together, -1 = with a
-  /// gripper. Trays that a gripper touches are with it, what lies on them is not.
+  /// By root, for the detection of rest: a number of the bodies in contact with each other, -1 =
+  /// with a gripper. A tray that a gripper touches is with it, the parts on the tray are not.
   [[nodiscard]] std::span<const int> resting_together() const { return together_; }
 
  private:

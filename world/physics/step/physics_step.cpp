@@ -12,15 +12,17 @@ namespace aprsim::physics {
 namespace {
 
 constexpr double kBeforePad = 0.7;  // cosine between a pad's direction and that of a contact
-// A body that moves farther in a step than kLongWay does so in parts of kPartWay [m].
-constexpr double kLongWay = 6e-3, kPartWay = 4.5e-4;
-constexpr int kMostParts = 32;
-constexpr int kMostBlows = 3;  // after each, a step or a part of it is solved anew
+// A body whose displacement in a step exceeds kMaxDisplacement moves in substeps of
+// kSubstepDisplacement [m].
+constexpr double kMaxDisplacement = 6e-3, kSubstepDisplacement = 4.5e-4;
+constexpr int kMaxSubsteps = 32;
+constexpr int kMaxRechecks = 3;  // after each, the step or substep is solved again
 
-/// A share of the way from one pose to another.
+/// Pose at a share of the motion from one pose to another.
 Eigen::Isometry3d between_poses(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
                                 double share) {
   Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
+  // Spherical linear interpolation (Shoemake 1985), written as a part of the relative rotation.
   const Eigen::AngleAxisd turn(a.linear().transpose() * b.linear());
   out.linear() = a.linear() * Eigen::AngleAxisd(share * turn.angle(), turn.axis()).matrix();
   out.translation() = (1 - share) * a.translation() + share * b.translation();
@@ -34,11 +36,11 @@ PhysicsStep::PhysicsStep(PhysicsModel& model, BodyPlacement& placement)
       placement_(placement),
       search_(model),
       solver_(model),
-      blows_(model, search_, solver_),
+      recheck_(model, search_, solver_),
       penalty_(model),
       report_(model) {
-  released_.reserve(model.bodies.size());
-  met_.reserve(kConstraintCapacity);
+  unmerged_.reserve(model.bodies.size());
+  substep_contacts_.reserve(kConstraintCapacity);
   for (const ArmLinks& arm : model.arms) {
     auto& links = next_links_.emplace_back();
     for (int i = 0; i < arm.links(); ++i) links.push_back(arm.X_WL(i));
@@ -47,84 +49,91 @@ PhysicsStep::PhysicsStep(PhysicsModel& model, BodyPlacement& placement)
   }
 }
 
-/// A step in which a fast body meets something is solved in parts, each a shorter step: a struck
-/// body departs in directions that were not searched, and turns far.
+/// A step in which a fast body hits something is divided into substeps: after the impact the body
+/// departs in directions that were not searched, and rotates far.
 void PhysicsStep::run() {
   results_.max_penetration_m = 0;
-  search_.kept().begin_step();
+  search_.cache().begin_step();
   solver_.begin_step();
   report_.begin_step();
-  const int parts = part_count();
-  parts > 1 ? run_in_parts(parts) : run_part(1);
+  const int substeps = substep_count();
+  substeps > 1 ? run_substeps(substeps) : run_substep(1);
   report_.end_step(penalty_);
   ++results_.count;
-  // Falling bodies leave before their speed looks like runaway energy.
+  // Falling bodies are removed before their speed exceeds the divergence limit.
   placement_.lose_fallen(results_.count);
   check_state(model_, results_.count);
 }
 
-void PhysicsStep::run_in_parts(int parts) {
-  model_.set_step_s(model_.scene.physics.step_s / parts);
+void PhysicsStep::run_substeps(int substeps) {
+  model_.set_step_s(model_.scene.physics.step_s / substeps);
   for (std::size_t r = 0; r < model_.arms.size(); ++r) {
     for (std::size_t i = 0; i < next_links_[r].size(); ++i) {
       next_links_[r][i] = model_.arms[r].X_WL_next(static_cast<int>(i));
     }
   }
-  for (int left = parts; left > 0; --left) run_part(left);
+  for (int left = substeps; left > 0; --left) run_substep(left);
   model_.set_step_s(model_.scene.physics.step_s);
-  // The step's contacts are those of all its parts, with mean forces over the step.
-  std::swap(model_.constraints, met_);
-  met_.clear();
+  // The step's contacts are those of all substeps, with mean forces over the step.
+  std::swap(model_.constraints, substep_contacts_);
+  substep_contacts_.clear();
 }
 
-int PhysicsStep::part_count() const {
+/// Substeps for fast bodies only: their rotation and the change of contact points within a step are
+/// not small, so that speculative contacts alone would let them pass.
+int PhysicsStep::substep_count() const {
   double longest = 0;
   for (const int i : model_.simplification.awake()) {
     if (model_.is_held(i)) continue;  // as fast as a robot
-    if (model_.way_m(i) > kLongWay) longest = std::max(longest, longest_way_m(i));
+    if (model_.displacement_m(i) > kMaxDisplacement)
+      longest = std::max(longest, max_displacement_m(i));
   }
-  if (longest <= kLongWay) return 1;
-  return std::min(kMostParts, 1 + static_cast<int>(std::ceil((longest - kLongWay) / kPartWay)));
+  if (longest <= kMaxDisplacement) return 1;
+  return std::min(kMaxSubsteps, 1 + static_cast<int>(std::ceil((longest - kMaxDisplacement) /
+                                                               kSubstepDisplacement)));
 }
 
-/// The longest way of a body in the coming step, relative to anything that it may meet; 0 =
-/// nothing.
-double PhysicsStep::longest_way_m(int body) const {
+/// Largest displacement of a body in the coming step relative to anything that it may touch; 0 if
+/// there is nothing.
+double PhysicsStep::max_displacement_m(int body) const {
   const FreeBody& own = model_.body(body);
-  const Moving moving{own.com_W(), own.v_com_W, own.omega_W, own.radius_m};
+  const BodyVelocity own_velocity{own.com_W(), own.v_com_W, own.omega_W, own.radius_m};
   double longest = 0;
-  const auto look = [&](const Aabb& box, const Eigen::Vector3d& p_W, const Eigen::Vector3d& v_W,
-                        const Eigen::Vector3d& omega_W) {
+  const auto include = [&](const Aabb& box, const Eigen::Vector3d& p_W, const Eigen::Vector3d& v_W,
+                           const Eigen::Vector3d& omega_W) {
     if (!own.bounds.meets(box)) return;
-    const Way way = way_of(moving, {.p_W = p_W, .v_W = v_W, .omega_W = omega_W}, model_.step_s);
-    longest = std::max(longest, way.longest_m());
+    const Displacement relative = relative_displacement(
+        own_velocity, {.p_W = p_W, .v_W = v_W, .omega_W = omega_W}, model_.step_s);
+    longest = std::max(longest, relative.max_m());
   };
   const Eigen::Vector3d still = Eigen::Vector3d::Zero();
   const Eigen::Vector3d belt_W = model_.belt_speed_m_s * model_.fixed.belt_axis_W;
   for (const StaticShape& shape : model_.fixed.shapes) {
-    look(shape.bounds, still, shape.belt ? belt_W : still, still);
+    include(shape.bounds, still, shape.belt ? belt_W : still, still);
   }
   for (const int other : model_.simplification.awake()) {
     const FreeBody& it = model_.body(other);
-    if (other != body) look(it.bounds, it.com_W(), it.v_com_W, it.omega_W);
+    if (other != body) include(it.bounds, it.com_W(), it.v_com_W, it.omega_W);
   }
   const auto& sleeping = model_.simplification.sleeping();
   for (const int group : sleeping.groups()) {
-    look(sleeping.box(group), still, sleeping.velocity(sleeping.first(group)), still);
+    include(sleeping.box(group), still, sleeping.velocity(sleeping.first(group)), still);
   }
   for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
     const GripperMechanism& gripper = model_.grippers[r];
     const Eigen::Vector3d p_W = next_mounts_[r].translation();
-    look(gripper.parts().bounds(), p_W, gripper.mount_velocity(p_W), gripper.mount_omega());
-    if (!model_.arms[r].shapes().empty()) look(model_.arms[r].bounds(), still, still, still);
+    include(gripper.parts().bounds(), p_W, gripper.mount_velocity(p_W), gripper.mount_omega());
+    if (!model_.arms[r].shapes().empty()) include(model_.arms[r].bounds(), still, still, still);
   }
   return longest;
 }
 
 /// Kinematics first, then contacts at the present poses, then forces and velocities from these
-/// (semi-implicit Euler). `left`: parts of the step, this one included.
-void PhysicsStep::run_part(int left) {
-  begin_part(left);
+/// (semi-implicit Euler). `left`: remaining substeps, this one included.
+void PhysicsStep::run_substep(int left) {
+  begin_substep(left);
+  // Order within a step: contacts, suction from the gaps under the lips, statistics, solution, new
+  // poses.
   search_.find();
   find_suction(model_);
   count_faults();
@@ -132,12 +141,14 @@ void PhysicsStep::run_part(int left) {
   collect_results(left);
 }
 
-/// Inputs for the step's end are approached in equal parts.
-void PhysicsStep::begin_part(int left) {
+/// Inputs for the end of the step are approached in equal substeps.
+void PhysicsStep::begin_substep(int left) {
   const double share = 1.0 / left;
   model_.belt_speed_m_s = left == 1
                               ? next_belt_speed_m_s_
                               : (1 - share) * model_.belt_speed_m_s + share * next_belt_speed_m_s_;
+  // Groups that the new belt speed disturbs wake before contacts are searched, and so take part in
+  // this step.
   model_.simplification.begin_step(model_.belt_speed_m_s);
   for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
     GripperMechanism& gripper = model_.grippers[r];
@@ -158,7 +169,7 @@ void PhysicsStep::begin_arm(std::size_t robot, int left) {
   arm.set_next(between_);
 }
 
-/// Before a part is solved: depths are those that the last one left.
+/// Counts before the solve: depths are those that the last substep left.
 void PhysicsStep::count_faults() {
   for (const auto& constraint : model_.constraints) {
     if (model_.ids.is_link(constraint.contact.b)) continue;  // soft on purpose
@@ -167,26 +178,29 @@ void PhysicsStep::count_faults() {
   }
 }
 
-/// The wrenches that merged bodies require of their contacts are known when the step has been
-/// solved; those outside their cone are freed and the same step is solved anew.
+/// The wrenches that merged bodies require of their contacts are known after the solve. Bodies
+/// whose wrench is outside its cone are unmerged, and the same step is solved again.
 void PhysicsStep::solve() {
   const bool merged = model_.simplification.composites().child_count() > 0;
-  const bool striking = blows_.strikes();
-  if (merged || striking) solver_.begin();
+  const bool may_impact = recheck_.may_impact();
+  // The state before the step is only saved if the step may have to be undone.
+  if (merged || may_impact) solver_.begin();
   apply_suction(model_);
   solver_.step();
-  blows_.begin();
-  for (int i = 0; striking && i < kMostBlows && blows_.add_met(); ++i) {
+  recheck_.begin();
+  for (int i = 0; may_impact && i < kMaxRechecks && recheck_.add_new_contacts(); ++i) {
     apply_suction(model_);
-    solver_.step_again(blows_.known_contacts());
+    solver_.solve_again(recheck_.known_contacts());
   }
   // Every round frees at least one body, so it ends.
+  // Trial step (see design/physics.md): solve with merged bodies rigid, then test each contact
+  // wrench against its friction cone.
   while (merged) {
-    released_.clear();
-    model_.simplification.find_overstressed(released_);
-    if (released_.empty()) return;
+    unmerged_.clear();
+    model_.simplification.find_overstressed(unmerged_);
+    if (unmerged_.empty()) return;
     solver_.undo();
-    search_.release(released_);
+    search_.unmerge(unmerged_);
     solver_.begin();
     apply_suction(model_);
     solver_.step();
@@ -195,6 +209,7 @@ void PhysicsStep::solve() {
 
 void PhysicsStep::collect_results(int left) {
   // Gaps that did not close.
+  // A speculative contact without impulse is not a touch and must not be reported as one.
   std::erase_if(model_.constraints, [](const ContactConstraint& constraint) {
     return is_gap(constraint) && constraint.normal_n == 0;
   });
@@ -202,26 +217,29 @@ void PhysicsStep::collect_results(int left) {
     model_.body(i).refresh();
     model_.simplification.move_members(i);
   }
+  // Poses of everything else follow the solved velocities. Members of composites follow their root.
   for (auto& gripper : model_.grippers) gripper.end_step();
   for (auto& arm : model_.arms) arm.end_step();
   for (std::size_t r = 0; left == 1 && r < model_.grippers.size(); ++r) {
     observe_gripper(static_cast<int>(r));
   }
   const double share = share_of_step();
-  report_.add_part(share);
-  if (share < 1) keep_part_of_contacts(share);
+  report_.add_substep(share);
+  if (share < 1) keep_substep_contacts(share);
   // Bodies that merge or fall asleep now have still been solved in this step.
   results_.contact_count =
       static_cast<int>(model_.constraints.size()) + model_.simplification.frozen_count();
   model_.simplification.observe(model_.constraints, solver_.islands().resting_together());
 }
 
-/// Keeps the contacts of a part, with their share of the mean forces over the step.
-void PhysicsStep::keep_part_of_contacts(double share) {
+/// Keeps the contacts of a substep, with their share of the mean forces over the step.
+void PhysicsStep::keep_substep_contacts(double share) {
   for (ContactConstraint constraint : model_.constraints) {
+    // Sensors and reports see the mean force over the whole step: each substep contributes its
+    // impulse over h.
     constraint.f_W *= share;
     constraint.normal_n *= share;
-    met_.push_back(constraint);
+    substep_contacts_.push_back(constraint);
   }
 }
 
@@ -258,11 +276,11 @@ void PhysicsStep::observe_gripper(int robot) {
 // ---- keeping a state
 
 PhysicsStep::State PhysicsStep::save() const {
-  return {search_.kept().save(), solver_.save(), report_.save(), next_belt_speed_m_s_, results_};
+  return {search_.cache().save(), solver_.save(), report_.save(), next_belt_speed_m_s_, results_};
 }
 
 void PhysicsStep::restore(const State& state) {
-  search_.kept().restore(state.kept);
+  search_.cache().restore(state.cache);
   solver_.restore(state.solver);
   report_.restore(state.forces);
   next_belt_speed_m_s_ = state.next_belt_speed_m_s;

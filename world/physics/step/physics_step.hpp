@@ -6,7 +6,7 @@
 
 #include "world/physics/contacts/contact_report.hpp"
 #include "world/physics/model/body_placement.hpp"
-#include "world/physics/step/blow_search.hpp"
+#include "world/physics/step/impact_recheck.hpp"
 
 namespace aprsim::physics {
 
@@ -49,9 +49,9 @@ class PhysicsStep {
   [[nodiscard]] ContactReport& report() { return report_; }
   [[nodiscard]] const ContactReport& report() const { return report_; }
 
-  /// Everything that later steps depend on, beside the model and inputs of every step.
+  /// State that later steps depend on, besides the model and the inputs of every step.
   struct State {
-    KeptContacts::State kept;
+    ContactCache::State cache;
     StepSolver::Memory solver;
     ContactReport::State forces;
     double next_belt_speed_m_s = 0;
@@ -60,29 +60,38 @@ class PhysicsStep {
     /// See world/archive/archive.hpp.
     template <typename Self, typename Io>
     static void fields(Self& self, Io& io) {
-      auto& [kept, solver, forces, next_belt_speed_m_s, results] = self;
-      io(kept, solver, forces, next_belt_speed_m_s, results);
+      auto& [cache, solver, forces, next_belt_speed_m_s, results] = self;
+      io(cache, solver, forces, next_belt_speed_m_s, results);
+    }
+    template <typename In>
+    void require_valid(In& in) const {
+      in.one_for_each(In::kRobot, forces.size());
+      for (std::size_t r = 0; r < forces.size(); ++r) {
+        for (const ArmForce& force : forces[r]) {
+          in.require(force.link < in.counts().robots[r].links, "a force on an unknown link");
+        }
+      }
     }
   };
   [[nodiscard]] State save() const;
   void restore(const State& state);
-  /// Goes on from another world's step, with contacts found anew and these forces on the arms.
+  /// Continues another world's step, with these forces on the arms; contacts are detected again.
   void adopt(const PhysicsStep& old, const ContactReport::State& forces);
   [[nodiscard]] const Eigen::Isometry3d& mount(int robot) const {
     return next_mounts_[static_cast<std::size_t>(robot)];
   }
 
  private:
-  [[nodiscard]] int part_count() const;
-  [[nodiscard]] double longest_way_m(int body) const;
-  void run_in_parts(int parts);
-  void run_part(int left);
-  void begin_part(int left);
+  [[nodiscard]] int substep_count() const;
+  [[nodiscard]] double max_displacement_m(int body) const;
+  void run_substeps(int substeps);
+  void run_substep(int left);
+  void begin_substep(int left);
   void begin_arm(std::size_t robot, int left);
   void count_faults();
   void solve();
   void collect_results(int left);
-  void keep_part_of_contacts(double share);
+  void keep_substep_contacts(double share);
   void observe_gripper(int robot);
   [[nodiscard]] double share_of_step() const { return model_.step_s / model_.scene.physics.step_s; }
 
@@ -90,16 +99,16 @@ class PhysicsStep {
   BodyPlacement& placement_;
   ContactSearch search_;
   StepSolver solver_;
-  BlowSearch blows_;
+  ImpactRecheck recheck_;
   ArmPenalty penalty_;
   ContactReport report_;
   StepResults results_;
   double next_belt_speed_m_s_ = 0;
   std::vector<Eigen::Isometry3d> next_mounts_;              // by robot; set before every step
-  std::vector<std::vector<Eigen::Isometry3d>> next_links_;  // while a step is done in parts
+  std::vector<std::vector<Eigen::Isometry3d>> next_links_;  // in a step with substeps
   std::vector<Eigen::Isometry3d> between_;                  // of an arm's links
-  std::vector<ContactConstraint> met_;                      // in the parts of a step
-  std::vector<int> released_;
+  std::vector<ContactConstraint> substep_contacts_;         // of all substeps
+  std::vector<int> unmerged_;
 };
 
 }  // namespace aprsim::physics

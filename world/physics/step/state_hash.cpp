@@ -9,6 +9,7 @@ namespace {
 class Fnv1a {
  public:
   void add(double value) {
+    // The hash is over the bits, so that -0 and 0 differ: any change of rounding shows.
     std::uint64_t bits;
     std::memcpy(&bits, &value, sizeof bits);
     for (int byte = 0; byte < 8; ++byte) {

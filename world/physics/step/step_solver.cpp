@@ -14,15 +14,17 @@ constexpr double kSameContact = 3e-3;  // [m] from where it was in the last step
 constexpr double kSameFace = 0.9;      // cosine between its normals then and now
 constexpr double kFalling = 0.03;      // [m/s], slower bodies lie on something
 
-/// The least rotation that takes one normal to another; none where they have little in common.
-class NormalTurn {
+/// The smallest rotation from one normal to another; none if they differ too much.
+class NormalRotation {
  public:
-  NormalTurn(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  NormalRotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
     const double cosine = from.dot(to);
     if (cosine < kSameFace) return;
     axis_ = from.cross(to);
     scale_ = 1 / (1 + cosine);
   }
+  // Rodrigues' formula without trigonometry: R = 1 + [a] + [a]^2 / (1 + c), with a = from x to, c =
+  // from . to.
   Eigen::Vector3d operator()(const Eigen::Vector3d& v) const {
     const Eigen::Vector3d across = axis_.cross(v);
     return v + across + scale_ * axis_.cross(across);
@@ -33,21 +35,23 @@ class NormalTurn {
   double scale_ = 0;
 };
 
-void continue_from(const StepSolver::LastContact& last, ContactConstraint& constraint) {
-  const bool turns = constraint.rolling_m > 0 || constraint.spinning_m > 0;
+void warm_start_from(const StepSolver::LastContact& last, ContactConstraint& constraint) {
+  const bool has_torsion = constraint.rolling_m > 0 || constraint.spinning_m > 0;
   constraint.f_guess_W = last.f_guess_W;
-  if (turns) constraint.torque_guess_W = last.torque_guess_W;
+  if (has_torsion) constraint.torque_guess_W = last.torque_guess_W;
   if (last.n_W == constraint.contact.n_W) return;
-  const NormalTurn turned(last.n_W, constraint.contact.n_W);
-  const auto turn = [&turned](auto& guess) {
-    guess.last = turned(guess.last);
-    guess.change = turned(guess.change);
+  // The last force is in world axes. It is rotated with the normal: otherwise a rolling or turning
+  // part would start with a wrong direction of friction.
+  const NormalRotation rotated(last.n_W, constraint.contact.n_W);
+  const auto rotate = [&rotated](auto& guess) {
+    guess.last = rotated(guess.last);
+    guess.change = rotated(guess.change);
   };
-  turn(constraint.f_guess_W);
-  if (turns) turn(constraint.torque_guess_W);
+  rotate(constraint.f_guess_W);
+  if (has_torsion) rotate(constraint.torque_guess_W);
 }
 
-StepSolver::Touching bodies_of(const ContactConstraint& constraint) {
+StepSolver::ContactingBodies bodies_of(const ContactConstraint& constraint) {
   return {constraint.contact.a, constraint.contact.b, constraint.fixed};
 }
 
@@ -56,7 +60,7 @@ Eigen::Vector3d velocity_at(const RigidBody* body, const Eigen::Vector3d& p_W) {
   return body == nullptr ? Eigen::Vector3d::Zero() : body->velocity_at(p_W);
 }
 
-/// `body` gets the motion of `other`, which becomes that of the body.
+/// Exchanges the motion of `body` with `other`.
 void exchange_motion(RigidBody& body, BodyMotion& other) {
   const BodyMotion own = body.motion();
   body.restore(other);
@@ -70,17 +74,18 @@ StepSolver::StepSolver(PhysicsModel& model)
       islands_(model),
       before_(model.bodies.size()),
       grippers_before_(model.grippers.size()) {
-  begun_.reserve(model.bodies.size());
+  roots_before_.reserve(model.bodies.size());
   const std::size_t islands = model.bodies.size() + model.grippers.size();
   stale_.resize(islands, 1);
   first_root_.resize(islands);
   first_run_.resize(islands);
   next_root_.resize(model.bodies.size());
-  // What may come first in a contact.
+  // Bodies that may be the first of a contact.
   const int firsts = model.ids.palm(static_cast<int>(model.grippers.size()));
+  // All lists get their capacity here, because a step must not allocate.
   for (auto* by_body : {&first_of_body_, &first_last_run_}) by_body->resize(index(firsts));
   for (auto* runs : {&runs_, &last_runs_}) runs->reserve(kConstraintCapacity);
-  kept_.reserve(kConstraintCapacity);
+  bearing_.reserve(kConstraintCapacity);
   matches_.reserve(4 * kConstraintCapacity);
   for (auto* marks : {&matched_, &continues_}) marks->reserve(kConstraintCapacity);
   for (auto* contacts : {&memory_.contacts, &memory_before_.contacts, &last_contacts_}) {
@@ -94,32 +99,39 @@ void StepSolver::step() {
   solve_stale(0);
 }
 
-void StepSolver::step_again(std::size_t known) {
-  if (others_awake()) {
+void StepSolver::solve_again(std::size_t known) {
+  // A search that has woken bodies changes islands and unknowns: nothing of the former solution can
+  // be kept.
+  if (awake_set_changed()) {
     begin();
     return step();
   }
   islands_.find(model_, model_.constraints);
   std::fill(stale_.begin(), stale_.end(), 0);
-  const auto spoil = [this](int island) { stale_[static_cast<std::size_t>(island)] = 1; };
+  const auto mark_stale = [this](int island) { stale_[static_cast<std::size_t>(island)] = 1; };
   for (std::size_t i = known; i < model_.constraints.size(); ++i) {
-    spoil(islands_.number_of(model_, model_.constraints[i]));
+    mark_stale(islands_.number_of(model_, model_.constraints[i]));
   }
+  // External loads were added to the bodies once more, so that their islands count as changed.
   // The suction has been applied again.
   for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
     if (model_.grippers[r].suction().force_n > 0) {
-      spoil(islands_.number_of_gripper(static_cast<int>(r)));
+      mark_stale(islands_.number_of_gripper(static_cast<int>(r)));
     }
   }
-  start_anew();
+  restart_stale();
   solve_stale(known);
 }
 
-bool StepSolver::others_awake() const { return !std::ranges::equal(begun_, awake_roots()); }
+bool StepSolver::awake_set_changed() const {
+  return !std::ranges::equal(roots_before_, awake_roots());
+}
 
 /// Stale islands restart from the state before the step; the others keep their solution.
-void StepSolver::start_anew() {
-  for (const int root : begun_) {
+void StepSolver::restart_stale() {
+  for (const int root : roots_before_) {
+    // `before_` has the state before the step. It is exchanged with the solved one, which clean
+    // islands get back.
     RigidBody& body = model_.body(root).body;
     BodyMotion& kept = before_[index(root)];
     const BodyMotion solved = std::exchange(kept, body.motion());
@@ -131,16 +143,18 @@ void StepSolver::start_anew() {
     const int island = islands_.number_of_gripper(static_cast<int>(r));
     if (!is_stale(island)) model_.grippers[r].restore(solved);
   }
-  // What failed counts, also where it is solved anew.
+  // Failures of the undone solve stay counted.
   std::swap(memory_.failures, memory_before_.failures);
   std::swap(memory_.latest, memory_before_.latest);
 }
 
 /// The first `known` contacts have been solved once in this step.
 void StepSolver::solve_stale(std::size_t known) {
+  // Islands are solved in ascending order of their lowest body. The order fixes the bits; the
+  // islands themselves are independent.
   list_members();
   list_runs();
-  take_last_contacts();
+  index_last_contacts();
   match_last_contacts(known);
   // An island has the number of its lowest root.
   for (const int root : awake_roots()) {
@@ -152,7 +166,7 @@ void StepSolver::solve_stale(std::size_t known) {
     const int island = islands_.number_of_gripper(static_cast<int>(r));
     if (island == own && !model_.grippers[r].idle() && is_stale(island)) solve_island(island);
   }
-  keep_contacts();
+  save_contacts();
 }
 
 /// Each island's roots, ascending.
@@ -165,7 +179,7 @@ void StepSolver::list_members() {
   }
 }
 
-void StepSolver::append(int contact, const Touching& bodies, std::vector<Run>& runs) {
+void StepSolver::append(int contact, const ContactingBodies& bodies, std::vector<Run>& runs) {
   if (runs.empty() || runs.back().bodies != bodies) runs.push_back({bodies, contact});
   runs.back().end = contact + 1;
 }
@@ -194,6 +208,8 @@ void StepSolver::solve_island(int island) {
     if (islands_.number_of_gripper(static_cast<int>(r)) != island) continue;
     if (!model_.grippers[r].idle()) model_.grippers[r].add_to(system_);
   }
+  // Rows are added in a fixed order: gripper, virtual joints, contacts. The solver's sums depend on
+  // it.
   if (auto* joints = model_.simplification.virtual_joints()) {
     const auto pairs = joints->pairs();
     for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -203,11 +219,11 @@ void StepSolver::solve_island(int island) {
   for (int r = first_run_[index(island)]; r >= 0; r = runs_[index(r)].next) {
     add_contacts(runs_[index(r)]);
   }
-  note(system_.advance());
+  record(system_.advance());
   if (observer_) observer_(system_.statistics());
 }
 
-/// Puts an arm's link that is touched where it is in this step, and says how the surfaces act.
+/// Places a touched arm's link at its pose in this step, and derives the contacts' responses.
 void StepSolver::add_contacts(const Run& run) {
   const auto [a, b, fixed] = run.bodies;
   ContactSetting setting{.arm_link = model_.ids.is_link(b),
@@ -228,8 +244,9 @@ void StepSolver::add_contacts(const Run& run) {
       const Contact& contact = constraint.contact;
       const Eigen::Vector3d v_a = velocity_at(body_a, contact.p_W);
       const Eigen::Vector3d v_b = velocity_at(body_b, contact.p_W);
+      // Newton's law of impact needs the approach velocity before the step, at the contact point.
       setting.normal_speed_m_s = (v_a - v_b).dot(contact.n_W);
-      // What hardly moves is held up by something.
+      // A body that hardly moves is supported, and so does not accelerate freely.
       const double fall = -model_.scene.physics.gravity_m_s2 * contact.n_W.z();
       setting.normal_accel_m_s2 = (free_a && v_a.norm() > kFalling ? fall : 0) -
                                   (free_b && v_b.norm() > kFalling ? fall : 0);
@@ -242,7 +259,7 @@ void StepSolver::add_contacts(const Run& run) {
   }
 }
 
-void StepSolver::note(const ContactSolver::Outcome& outcome) {
+void StepSolver::record(const ContactSolver::Outcome& outcome) {
   const auto iterations = static_cast<std::uint32_t>(outcome.newton_steps);
   ++work_.solved;
   work_.iterations += iterations;
@@ -250,15 +267,17 @@ void StepSolver::note(const ContactSolver::Outcome& outcome) {
   memory_.latest.residual_m_s = std::max(memory_.latest.residual_m_s, outcome.residual_m_s);
   if (outcome.converged) return;
   ++memory_.failures.not_converged;
-  memory_.failures.worst_m_s = std::max(memory_.failures.worst_m_s, outcome.residual_m_s);
+  memory_.failures.max_residual_m_s =
+      std::max(memory_.failures.max_residual_m_s, outcome.residual_m_s);
 }
 
-// ---- where the search begins
+// ---- warm start
 
-void StepSolver::take_last_contacts() {
+void StepSolver::index_last_contacts() {
+  // Last contacts are sorted by pair, so that each run of a pair is found by its first body.
   std::swap(last_contacts_, memory_.contacts);
   memory_.contacts.clear();
-  begins_at_last_ = true;
+  holds_last_contacts_ = true;
   last_runs_.clear();
   for (std::size_t i = 0; i < last_contacts_.size(); ++i) {
     append(static_cast<int>(i), last_contacts_[i].bodies, last_runs_);
@@ -272,8 +291,8 @@ void StepSolver::take_last_contacts() {
   }
 }
 
-/// Those of the same two bodies in the last step; null if there were none.
-const StepSolver::Run* StepSolver::last_run(const Touching& bodies) const {
+/// Contacts of the same two bodies in the last step; null if there were none.
+const StepSolver::Run* StepSolver::last_run(const ContactingBodies& bodies) const {
   const int first = first_last_run_[index(bodies.a)];
   if (first < 0) return nullptr;
   for (std::size_t r = index(first); r < last_runs_.size(); ++r) {
@@ -283,17 +302,19 @@ const StepSolver::Run* StepSolver::last_run(const Touching& bodies) const {
   return nullptr;
 }
 
-/// Each contact behind those that are `known` begins with the forces of the nearest one of the same
-/// two bodies in the last step, turned as its normal has; no two with those of the same one.
+/// Warm-starts each contact behind the `known` ones with the force of the nearest last contact of
+/// the same two bodies, rotated with its normal. No last contact is used twice.
 APRSIM_VECTOR_CLONES void StepSolver::match_last_contacts(std::size_t known) {
   matched_.assign(last_contacts_.size(), 0);
   continues_.assign(model_.constraints.size(), 0);
   for (const Run& run : runs_) {
     if (!is_stale(run.island)) continue;
-    forget(run, known);
+    reset_guesses(run, known);
     const Run* last = last_run(run.bodies);
     if (last == nullptr) continue;
-    if (note_near(run, *last)) {
+    // Greedy assignment by distance. Most contacts have one candidate, and sorting is skipped for
+    // them.
+    if (list_near_contacts(run, *last)) {
       std::sort(matches_.begin(), matches_.end(), [](const Match& a, const Match& b) {
         return std::tuple(a.distance2, a.now, a.last) < std::tuple(b.distance2, b.now, b.last);
       });
@@ -302,16 +323,18 @@ APRSIM_VECTOR_CLONES void StepSolver::match_last_contacts(std::size_t known) {
       const std::size_t now = index(match.now), last_one = index(match.last);
       if (continues_[now] != 0 || matched_[last_one] != 0) continue;
       continues_[now] = matched_[last_one] = 1;
-      if (now >= known) continue_from(last_contacts_[last_one], model_.constraints[now]);
+      if (now >= known) warm_start_from(last_contacts_[last_one], model_.constraints[now]);
     }
   }
 }
 
-/// What has been found out in this step is where the search begins, of those that are `known`.
-void StepSolver::forget(const Run& run, std::size_t known) {
+/// Warm-starts the `known` contacts with their solution of this very step.
+void StepSolver::reset_guesses(const Run& run, std::size_t known) {
   const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
   for (std::size_t i = index(run.first); i < index(run.end); ++i) {
     ContactConstraint& constraint = model_.constraints[i];
+    // A step that is solved again starts from its own first solution: that is closer than the last
+    // step.
     if (!constraint.f_guess_W.known) continue;  // not solved so far
     constraint.f_guess_W = ForceGuess(i < known ? constraint.f_W : zero);
     constraint.torque_guess_W = ForceGuess(i < known ? constraint.torque_W : zero);
@@ -320,12 +343,12 @@ void StepSolver::forget(const Run& run, std::size_t known) {
   }
 }
 
-/// Lists the contacts of the last step that were near those of now; whether one is near two, so
-/// that the order matters.
-bool StepSolver::note_near(const Run& now, const Run& last) {
+/// Lists the last contacts near the present ones. True if one is near two of the others, so that
+/// the order of matching matters.
+bool StepSolver::list_near_contacts(const Run& now, const Run& last) {
   constexpr double kNear2 = kSameContact * kSameContact;
   constexpr int kBits = 64;
-  std::uint64_t taken = 0;  // of the last ones; of more than there are bits some seem to be
+  std::uint64_t taken = 0;  // by last contact; beyond 64 of them bits are shared
   bool order_matters = false;
   matches_.clear();
   for (int i = now.first; i < now.end; ++i) {
@@ -338,9 +361,10 @@ bool StepSolver::note_near(const Run& now, const Run& last) {
       if (distance2 >= kNear2) continue;
       const std::uint64_t bit = std::uint64_t{1} << ((k - last.first) % kBits);
       order_matters = order_matters || matches_.size() > before || (taken & bit) != 0;
+      // One bit per last contact tells whether two present ones compete for it.
       taken |= bit;
       matches_.push_back({distance2, i, k});
-      // What is left of an impact is for all that have come of it.
+      // The unanswered part of an impact belongs to every contact that continues it.
       if (distance2 >= nearest2) continue;
       nearest2 = distance2;
       constraint.impact_m2_s2 = contact.impact_m2_s2;
@@ -349,10 +373,12 @@ bool StepSolver::note_near(const Run& now, const Run& last) {
   return order_matters;
 }
 
-/// Those that bear a force, ordered by their bodies, then by place.
-void StepSolver::keep_contacts() {
+/// Saves the contacts that bear a force, ordered by their bodies, then by position.
+void StepSolver::save_contacts() {
   std::fill(first_of_body_.begin(), first_of_body_.end(), -1);
   for (std::size_t r = runs_.size(); r > 0; --r) {
+    // Insertion into the list of the first body, sorted by pair. Lists are short: a body has few
+    // partners.
     Run& run = runs_[r - 1];
     int* before = &first_of_body_[index(run.bodies.a)];
     while (*before >= 0 && runs_[index(*before)].bodies < run.bodies) {
@@ -361,28 +387,31 @@ void StepSolver::keep_contacts() {
     run.next = std::exchange(*before, static_cast<int>(r) - 1);
   }
   for (const int first : first_of_body_) {
-    for (int r = first; r >= 0;) r = keep_contacts_of_pair(r);
+    for (int r = first; r >= 0;) r = save_contacts_of_pair(r);
   }
 }
 
-/// Of all runs in a list, from this one on, that are of the same two bodies; the one behind them.
-int StepSolver::keep_contacts_of_pair(int first) {
-  const Touching bodies = runs_[index(first)].bodies;
+/// Saves those of all runs of one pair, which follow each other in a list from `first` on. Returns
+/// the run behind them.
+int StepSolver::save_contacts_of_pair(int first) {
+  const ContactingBodies bodies = runs_[index(first)].bodies;
   const auto at = [this](int i) -> const ContactConstraint& {
     return model_.constraints[index(i)];
   };
-  kept_.clear();
+  bearing_.clear();
   int r = first;
   for (; r >= 0 && runs_[index(r)].bodies == bodies; r = runs_[index(r)].next) {
     for (int i = runs_[index(r)].first; i < runs_[index(r)].end; ++i) {
-      if (at(i).normal_n > 0) kept_.push_back(i);
+      if (at(i).normal_n > 0) bearing_.push_back(i);
     }
   }
-  std::sort(kept_.begin(), kept_.end(), [&at](int i, int k) {
+  // Order by position: contact order from the search may differ between runs that resume a saved
+  // state.
+  std::sort(bearing_.begin(), bearing_.end(), [&at](int i, int k) {
     const auto &p = at(i).contact.p_W, &q = at(k).contact.p_W;
     return std::tuple(p.x(), p.y(), p.z(), i) < std::tuple(q.x(), q.y(), q.z(), k);
   });
-  for (const int i : kept_) {
+  for (const int i : bearing_) {
     const ContactConstraint& constraint = at(i);
     LastContact& kept = memory_.contacts.emplace_back();
     kept.bodies = bodies;
@@ -395,29 +424,30 @@ int StepSolver::keep_contacts_of_pair(int first) {
   return r;
 }
 
-// ---- the same step anew
+// ---- undo
 
 void StepSolver::begin() {
-  begun_.assign(awake_roots().begin(), awake_roots().end());
-  for (const int root : begun_) before_[index(root)] = model_.body(root).body.motion();
+  roots_before_.assign(awake_roots().begin(), awake_roots().end());
+  for (const int root : roots_before_) before_[index(root)] = model_.body(root).body.motion();
   for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
     model_.grippers[r].save(grippers_before_[r]);
   }
   memory_before_.failures = memory_.failures;
   memory_before_.latest = memory_.latest;
-  begins_at_last_ = false;
+  holds_last_contacts_ = false;
 }
 
-/// The state at hand and the other one.
+/// Exchanges the present state with the saved one.
 void StepSolver::exchange() {
-  for (const int root : begun_) exchange_motion(model_.body(root).body, before_[index(root)]);
+  for (const int root : roots_before_)
+    exchange_motion(model_.body(root).body, before_[index(root)]);
   for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
     const GripperBodies::Solved other = grippers_before_[r];
     model_.grippers[r].save(grippers_before_[r]);
     model_.grippers[r].restore(other);
   }
-  if (begins_at_last_) std::swap(memory_before_.contacts, last_contacts_);
-  begins_at_last_ = false;
+  if (holds_last_contacts_) std::swap(memory_before_.contacts, last_contacts_);
+  holds_last_contacts_ = false;
   std::swap(memory_, memory_before_);
 }
 

@@ -9,6 +9,7 @@
 namespace aprsim::robot {
 namespace {
 
+// A tolerance below the servo's resolution could never be met, and the command would not end.
 constexpr double kServoResolution = 1e-6;  ///< of the servo [m, rad]
 
 bool within(const std::optional<double>& tolerance, double deviation) {
@@ -22,6 +23,7 @@ bool any(const api::PoseTolerance& pose) {
 /// Deviation of the tool in R: of its position, and of its x and z axis (CRCL's PoseToleranceType).
 bool within(const api::PoseTolerance& tolerance, const Eigen::Isometry3d& X_RT,
             const Eigen::Isometry3d& X_RT_target) {
+  // CRCL gives each axis its own tolerance. Two axes determine a rotation; the y axis needs none.
   const Eigen::Vector3d off = X_RT.translation() - X_RT_target.translation();
   const auto axis_off = [&](int axis) {
     return angle_between(X_RT.linear().col(axis), X_RT_target.linear().col(axis));
@@ -51,6 +53,7 @@ ArrivalTolerance arrival_tolerance_of(const PlannedMove& move) {
 bool has_arrived(const ArrivalTolerance& tolerance, const ArmModel& model,
                  const Eigen::Isometry3d& X_RB, const Eigen::Isometry3d& X_FT, const JointVector& q,
                  const JointVector& target) {
+  // Exact equality holds: an undisturbed servo follows its reference bit for bit (ServoArm).
   // The common case: nothing pushes the arm aside.
   if (q == target) return true;
   for (Eigen::Index i = 0; i < q.size(); ++i) {

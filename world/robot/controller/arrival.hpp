@@ -10,13 +10,15 @@
 
 namespace aprsim::robot {
 
-/// Largest deviation from its target with which the motion of an arm that is pushed aside counts as
-/// done. An absent or infinite tolerance does not matter.
+/// Tolerance of the target within which a motion is done, for an arm that contact pushes aside.
+/// Absent or infinite tolerances are ignored.
 struct ArrivalTolerance {
   ArrivalTolerance() { joint_rad.fill(std::numeric_limits<double>::infinity()); }
 
   api::PoseTolerance pose;
   std::array<double, api::kMaxJoints> joint_rad{};
+
+  static constexpr bool kUnbounded = true;
 
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>

@@ -8,6 +8,7 @@ constexpr std::size_t kDescriptionCapacity = 512;
 }  // namespace
 
 CommandProgress::CommandProgress() {
+  // Steps must not allocate, so descriptions keep their capacity.
   status_.description.reserve(kDescriptionCapacity);
   description_.reserve(kDescriptionCapacity);
 }
@@ -30,6 +31,7 @@ void CommandProgress::wait() {
 
 void CommandProgress::complete(const char* description) {
   task_ = Task::kNone;
+  // An error that is held hides the completion: the command that set it has failed.
   if (in_error()) return;
   status_.state = api::ActionState::kDone;
   if (description != nullptr) {
@@ -47,6 +49,7 @@ void CommandProgress::set_error(const std::string& reason) {
   held_error_ = reason;
   initialized_ = false;
   task_ = Task::kNone;
+  // CRCL: an error is held until the robot is initialised again, whatever commands follow.
   status_.state = api::ActionState::kError;
   status_.description = reason;
 }

@@ -9,6 +9,8 @@ namespace aprsim::robot {
 
 /// Completes the running command.
 enum class Task { kNone, kRest, kGripper, kDwell, kToolChanger };
+/// For checks of states (world/archive).
+[[nodiscard]] constexpr Task last_of(Task) { return Task::kToolChanger; }
 
 /// Progress of the latest command, and the error that is held until the robot is initialized. A
 /// copyable value; does not allocate except for long errors. Thread: sim.
@@ -20,7 +22,7 @@ class CommandProgress {
   void accept(api::Ticket ticket, api::ActionKind kind);
   /// The command works until `task` is done. A held error stays.
   void begin(Task task);
-  /// The command has nothing to do yet; the task of the one before goes on.
+  /// The command has no task yet; the one before it continues.
   void wait();
   /// Done, unless an error is held. `description` replaces the one that was set.
   void complete(const char* description = nullptr);
@@ -31,7 +33,6 @@ class CommandProgress {
   void set_error(const std::string& reason);
   /// Clears the error.
   void initialize();
-  void end_initialization() { initialized_ = false; }
 
   [[nodiscard]] const api::ActionStatus& status() const { return status_; }
   [[nodiscard]] Task task() const { return task_; }

@@ -17,6 +17,7 @@ ControllerSetup checked(ControllerSetup setup) {
                                   " is outside its limits");
     }
   }
+  // A robot without a tool changer has one fixed tool.
   if (setup.tools.empty()) setup.tools.push_back({setup.X_FT, setup.payload});
   return setup;
 }
@@ -28,6 +29,8 @@ std::vector<EquippedArm> equipped_arms(const ControllerSetup& setup) {
         {MotionPlanner(PlannerSetup{setup.model, setup.ik, setup.X_BR, payload, setup.gravity_B}),
          X_FT, setup.step_s});
   };
+  // Each tool has its own payload and so its own joint limits. Planners for all of them are made
+  // once.
   for (const ToolSetup& tool : setup.tools) add(tool.X_FT, tool.payload);
   add(setup.X_FT_open, setup.payload_open);
   return arms;

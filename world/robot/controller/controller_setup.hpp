@@ -31,7 +31,7 @@ struct ControllerSetup {
   double max_rot_speed_rad_s = 0, max_rot_accel_rad_s2 = 0;
   Payload payload;               ///< gripper and the heaviest part: motions are planned to carry it
   Payload payload_open;          ///< without a tool
-  std::vector<ToolSetup> tools;  ///< all there are; none = one, with X_FT and payload
+  std::vector<ToolSetup> tools;  ///< all tools; none = one, with X_FT and payload
   int tool = 0;                  ///< on the flange at the start, -1 = none
   double tool_change_s = 0;      ///< from the changer's valve to its lock
   Eigen::Vector3d gravity_B{0, 0, -9.81};

@@ -13,7 +13,7 @@
 
 namespace aprsim::robot {
 
-/// The state of a controller while it runs: a copy that is put back later continues bit for bit.
+/// The state of a controller while it runs: a copy that is restored later continues bit for bit.
 struct ControllerState {
   ControllerState(const ToolLimits& maximum, const JointVector& q_home, int tool)
       : tool_limits(maximum), motion(q_home), changer(tool) {}

@@ -25,6 +25,7 @@ bool holds(const api::Guard& guard, double value, double start) {
 }  // namespace
 
 void GuardMonitor::begin(api::Ticket ticket, std::span<const api::Guard> guards) {
+  // A fixed capacity: the check runs in every step and must not allocate.
   const std::size_t count = std::min(guards.size(), api::kMaxGuards);
   active_ = true;
   triggered_ = started_ = false;
@@ -45,6 +46,7 @@ std::optional<std::size_t> GuardMonitor::check(const api::RobotSnapshot& robot, 
     if (!started_) start_[i] = value;
     // From the time it was due: a period that is no multiple of the step must not drift.
     due_[i] = (started_ ? due_[i] : now) + guard.recheck;
+    // A recheck period shorter than the step means every step.
     if (due_[i] <= now) due_[i] = now;
     state_.guards[i] = {state_.guards[i].checks + 1, now, value};
     if (!holds(guard, value, start_[i])) continue;
@@ -69,7 +71,7 @@ void GuardMonitor::at_rest(SimTime now) {
   triggered_at_.reset();
 }
 
-const api::Guard* GuardMonitor::unmet() const {
+const api::Guard* GuardMonitor::missing_trigger() const {
   if (triggered_) return nullptr;
   for (std::size_t i = 0; i < state_.count; ++i) {
     if (guards_[i].require_trigger) return &guards_[i];

@@ -14,10 +14,10 @@ namespace aprsim::robot {
 /// sim.
 class GuardMonitor {
  public:
-  /// From now on monitors for the command with that ticket; 1 to api::kMaxGuards.
+  /// Starts monitoring for the command with that ticket; 1 to api::kMaxGuards guards.
   void begin(api::Ticket ticket, std::span<const api::Guard> guards);
-  /// From now on monitors nothing; state() stays readable.
-  void forget() {
+  /// Stops monitoring; state() stays readable.
+  void reset() {
     active_ = triggered_ = false;
     triggered_at_.reset();
   }
@@ -36,8 +36,8 @@ class GuardMonitor {
   /// A trigger whose stop has not ended yet.
   [[nodiscard]] bool stopping() const { return triggered_at_.has_value(); }
   [[nodiscard]] const api::Guard& guard(std::size_t index) const { return guards_[index]; }
-  /// The first guard that asks for a trigger; none once there has been one.
-  [[nodiscard]] const api::Guard* unmet() const;
+  /// The first guard whose required trigger is missing; none after a trigger.
+  [[nodiscard]] const api::Guard* missing_trigger() const;
   [[nodiscard]] const api::GuardsSnapshot& state() const { return state_; }
 
   /// See world/archive/archive.hpp.
@@ -45,7 +45,8 @@ class GuardMonitor {
   static void fields(Self& self, Io& io) {
     auto& [guards, start, due, active, triggered, started, triggered_at, state] = self;
     io(guards, start, due, active, triggered, started, triggered_at, state);
-    io.require(state.count <= api::kMaxGuards, "more guards than a command has");
+    io.require(state.count <= api::kMaxGuards && state.trigger_guard < api::kMaxGuards,
+               "more guards than a command has");
   }
 
  private:

@@ -25,6 +25,7 @@ void check_guards(GuardMonitor& guards, RobotController& controller,
   const api::Guard& guard = guards.guard(*triggered);
   const std::string why = "Guard " + guard.label + " triggered at " +
                           number(guards.state().trigger_value) + ", limit " + number(guard.value);
+  // The stop is on the path, so that a guarded approach does not leave its line.
   controller.stop_by_guard(current, why);
   if (guard.error_on_trigger) controller.fail(why + "; send InitCanon to go on");
 }
@@ -36,10 +37,12 @@ void finish_guards(GuardMonitor& guards, RobotController& controller, SimTime no
   if (status.state == api::ActionState::kError) return guards.end();
   if (controller.moving() || status.state != api::ActionState::kDone) return;
   guards.end();
-  const api::Guard* unmet = guards.unmet();
-  if (unmet == nullptr) return;
-  controller.fail("Guard " + unmet->label + ": required trigger not seen, limit " +
-                  number(unmet->value) + "; send InitCanon to go on");
+  // A command that needed a trigger and ended without one has failed, although its motion is
+  // complete.
+  const api::Guard* missing = guards.missing_trigger();
+  if (missing == nullptr) return;
+  controller.fail("Guard " + missing->label + ": required trigger not seen, limit " +
+                  number(missing->value) + "; send InitCanon to go on");
 }
 
 }  // namespace aprsim::robot

@@ -12,7 +12,7 @@ void check_guards(GuardMonitor& guards, RobotController& controller,
                   const api::RobotSnapshot& robot, SimTime now);
 
 /// Ends the monitoring of a command that is over. An error if its trigger was required and not
-/// seen. To be called after the controller's step, so that such a command never shows done.
+/// seen. Called after the controller's step, so that such a command is never reported as done.
 void finish_guards(GuardMonitor& guards, RobotController& controller, SimTime now);
 
 }  // namespace aprsim::robot

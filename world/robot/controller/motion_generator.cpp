@@ -9,7 +9,7 @@
 namespace aprsim::robot {
 namespace {
 
-/// Retreat after a collision: of the tool, or of the joints where the tool hardly moves.
+/// Retreat after a collision: by this distance of the tool or this rotation of a joint.
 constexpr double kRetreat_m = 1e-2, kRetreat_rad = 0.03;
 /// Release time of holding brakes of servo motors of this size, an estimate.
 constexpr double kBrakeRelease_s = 0.1;
@@ -17,6 +17,7 @@ constexpr double kBrakeRelease_s = 0.1;
 }  // namespace
 
 void MotionGenerator::step(const EquippedArm& arm, const JointVector& external_nm, bool planning) {
+  // Order: drives first, since brakes hold the reference in the same step.
   drives_.step(at_rest() && !planning);
   runner_.advance(arm.planner.arm(), arm.step_s, drives_.braked());
   advance_torque_mode(arm, external_nm);
@@ -37,6 +38,8 @@ PlanRequest MotionGenerator::request_plan(const EquippedArm& arm, MoveRequest mo
 }
 
 bool MotionGenerator::is_as_expected(const EquippedArm& arm, const Plan& plan) const {
+  // A plan is made ahead from a copy of the runner. It is only valid if the prediction was exact,
+  // which a bitwise comparison tests.
   MotionRunner braked = runner_;
   const JointVector rest = braked.brake(arm.planner.arm(), Brake::kSet);
   const JointState state = runner_.state(arm.step_s);
@@ -50,7 +53,10 @@ void MotionGenerator::begin(const EquippedArm& arm, const PlannedMove& move, con
   retreating_ = false;
   switch_drives_on(arm.step_s);
   MotionSequence next = plan.blended ? MotionSequence(*plan.blended) : MotionSequence(plan.motions);
+  // The override may have changed while the plan was made.
   next.set_speed(speed());
+  // Blending replaces the running motion at its state. Otherwise the next one waits until that has
+  // come to rest.
   if (plan.blended) {
     runner_.replace(std::move(next));
   } else {
@@ -68,6 +74,8 @@ void MotionGenerator::retreat(const EquippedArm& arm, const JointVector& from) {
     return Eigen::Vector3d((flange_pose(arm.model(), q) * arm.X_FT).translation());
   };
   const Eigen::Vector3d here = tool(from);
+  // From the newest posture back: the first one that is far enough is the shortest retreat along
+  // known free space.
   for (int age = 0; age < trail_.count(); ++age) {
     const JointVector& q = trail_.back(age);
     // The oldest posture is far enough in any case.
@@ -86,7 +94,7 @@ void MotionGenerator::retreat(const EquippedArm& arm, const JointVector& from) {
 
 // ---- torque mode
 
-/// Joints in torque mode begin at rest, together with the motion of the others where that is so.
+/// Joints in torque mode start at rest, at the same time as the motion of the others.
 void MotionGenerator::start_torque_mode(const EquippedArm& arm, const api::MoveJoints& move,
                                         const Plan& plan) {
   const JointLimits& limits = arm.planner.joint_limits();
@@ -100,12 +108,13 @@ void MotionGenerator::start_torque_mode(const EquippedArm& arm, const api::MoveJ
   }
 }
 
-/// On top of the motion of the other joints.
+/// Moves the joints in torque mode; the others follow their motion.
 void MotionGenerator::advance_torque_mode(const EquippedArm& arm, const JointVector& external_nm) {
   if (!torque_mode_.active() || drives_.braked()) return;
   if (torque_mode_pending_ && !runner_.idle()) return;
   torque_mode_pending_ = false;
   const JointVector inertia =
+      // The diagonal is the inertia that a joint sees while the others hold still.
       mass_matrix(arm.model(), arm.planner.payload(), runner_.last_reference()).diagonal();
   torque_mode_.advance({.limits = arm.planner.joint_limits(),
                         .external_nm = external_nm,
@@ -121,6 +130,7 @@ void MotionGenerator::brake(const EquippedArm& arm, Brake how) {
   to_joint_targets_ = false;
   retreating_ = false;
   // Torque mode has no path to brake on.
+  // A stop from the present state in joint space takes the place of braking on a path.
   if (torque_mode_.active()) stop_from(arm, reference());
   runner_.brake(arm.planner.arm(), how);
 }
@@ -131,16 +141,18 @@ void MotionGenerator::stop_from(const EquippedArm& arm, const JointVector& q) {
   retreating_ = false;
   torque_mode_.clear();
   runner_.drop_next();
+  // The reference continues from the actual posture with its velocity, so that the servo sees no
+  // jump.
   runner_.shift_to(q);
   if (!moves) return;
   const JointState state = runner_.state(arm.step_s);
   runner_.replace(MotionSequence(arm.planner.plan_stop(state)), Brake::kHard);
 }
 
-void MotionGenerator::stand_at(const JointVector& q) {
+void MotionGenerator::set_at_rest(const JointVector& q) {
   to_joint_targets_ = false;
   torque_mode_.clear();
-  runner_.stand_at(q);
+  runner_.set_at_rest(q);
 }
 
 // ---- settings

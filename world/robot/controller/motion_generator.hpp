@@ -26,14 +26,15 @@ class MotionGenerator {
 
   // ---- motions
 
-  /// The request for a plan from the present motion. Ends torque mode at once, because nobody can
-  /// foresee what a joint in it meets.
+  /// The request for a plan from the present motion. Ends torque mode at once, because the motion
+  /// of a joint in it cannot be predicted.
   [[nodiscard]] PlanRequest request_plan(const EquippedArm& arm, MoveRequest move);
   /// Whether the reference and its rest are as the plan expects them.
   [[nodiscard]] bool is_as_expected(const EquippedArm& arm, const Plan& plan) const;
   /// Begins the planned motion of `move`; switches the drives on.
   void begin(const EquippedArm& arm, const PlannedMove& move, const Plan& plan);
-  /// From `from`, straight in joint space, to the newest posture of the trail that is far enough.
+  /// Moves straight in joint space from `from` to the newest posture of the trail that is far
+  /// enough.
   void retreat(const EquippedArm& arm, const JointVector& from);
 
   // ---- stops
@@ -44,7 +45,7 @@ class MotionGenerator {
   /// the arm's actual posture.
   void stop_from(const EquippedArm& arm, const JointVector& q);
   /// The reference is `q`, at rest.
-  void stand_at(const JointVector& q);
+  void set_at_rest(const JointVector& q);
 
   // ---- settings
 
@@ -87,6 +88,12 @@ class MotionGenerator {
            override_fraction, speed_share, retreating] = self;
     io(runner, joint_targets, to_joint_targets, torque_mode, torque_mode_pending, trail, drives,
        override_fraction, speed_share, retreating);
+  }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.all_joints(joint_targets_.size());
+    in.require(override_ >= 0 && override_ <= 1 && speed_share_ >= 0 && speed_share_ <= 1,
+               "a speed override beyond 0 to 1");
   }
 
  private:

@@ -20,11 +20,14 @@ void PlanQueue::cancel() {
 }
 
 bool PlanQueue::waits(int latency_steps) const {
+  // A plan that ends no later than a new one would is not discarded: a stream of commands would
+  // otherwise never move the arm.
   return job_ && (job_->request().search || steps_left_ <= latency_steps);
 }
 
 PlanQueue PlanQueue::unmade() const {
   PlanQueue copy = *this;
+  // The result of a plan follows from its request, so that a saved state need not contain it.
   if (copy.job_) copy.job_ = copy.job_->unmade();
   return copy;
 }

@@ -38,7 +38,7 @@ class PlanQueue {
 
   /// A copy without the plan that is being made: only the request is kept. Allocates.
   [[nodiscard]] PlanQueue unmade() const;
-  /// Has the restored request planned anew: other copies may cancel the shared job. Allocates.
+  /// Plans the restored request again: other copies may cancel the shared job. Allocates.
   void replan(const MotionPlanner& planner, PlanPrefetcher* prefetcher);
 
   /// Memory besides the value itself and what copies share, approximately.
@@ -53,6 +53,11 @@ class PlanQueue {
   static void fields(Self& self, Io& io) {
     auto& [job, steps_left, waiting] = self;
     io(job, steps_left, waiting);
+  }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.require(!job_ || (steps_left_ >= 0 && steps_left_ <= kMaxPlanSteps),
+               "a plan that is due too late");
   }
 
  private:

@@ -42,6 +42,11 @@ class RetreatTrail {
     io.require(newest >= 0 && newest < kPoints && count >= 0 && count <= kPoints,
                "a place beyond the trail");
   }
+  template <typename In>
+  void require_valid(In& in) const {
+    if (count_ > 0) in.all_joints(last_.size());
+    for (int age = 0; age < count_; ++age) in.all_joints(back(age).size());
+  }
 
  private:
   static constexpr int kPoints = 64;

@@ -32,6 +32,8 @@ RobotController::RobotController(ControllerSetup setup)
 
 void RobotController::apply(api::Ticket ticket, const api::RobotAction& action,
                             const JointVector& q_actual) {
+  // Stops and initialisation act at once and drop deferred commands; everything else waits for the
+  // lock.
   if (precedes_tool_change(action)) {
     s_.changer.cancel();
   } else if (s_.changer.busy() && !s_.command.in_error()) {
@@ -44,7 +46,8 @@ void RobotController::run(api::Ticket ticket, const api::RobotAction& action,
                           const JointVector& q_actual) {
   s_.command.accept(ticket, api::kind_of(action));
   std::visit([&](const auto& command) { execute(command, q_actual); }, action);
-  // A command beside a motion leaves its goal alone, and so does a move until it begins.
+  // A concurrent action does not change the goal of the motion, and neither does a move before it
+  // begins.
   if (api::is_move(action)) {
     if (!s_.plans.planning()) update_goal();
   } else if (!api::leaves_motion(action)) {
@@ -56,19 +59,20 @@ void RobotController::execute(const api::InitRobot&, const JointVector& q_actual
   s_.command.initialize();
   s_.protection = false;
   s_.motion.switch_drives_on(setup_.step_s);
+  // Initialising during the retreat must not leave the arm in contact.
   // A retreat from a collision comes first.
   if (!retreating()) stop_from(q_actual);
   begin_task(Task::kRest);
 }
 
 void RobotController::execute(const api::EndRobot&, const JointVector&) {
-  s_.command.end_initialization();
   brake(Brake::kSet);
   begin_task(Task::kRest);
 }
 
 void RobotController::execute(const api::StopMotion& stop, const JointVector&) {
   switch (stop.kind) {
+    // CRCL StopConditionEnumType: immediate leaves the path, fast and normal stay on it.
     case api::StopKind::kImmediate:
       stop_from(reference());
       s_.motion.switch_drives_off_after(0);
@@ -112,6 +116,7 @@ void RobotController::execute(const api::SetOverride& setting, const JointVector
 void RobotController::execute(const api::Dwell& dwell, const JointVector&) {
   if (!require_initialized()) return;
   // Whole steps, rounded up.
+  // Integer nanoseconds: a division of doubles could add a step.
   const std::int64_t step_ns = std::llround(setup_.step_s * 1e9);
   const std::int64_t whole = dwell.duration.count() / step_ns;
   s_.steps_left = whole + (dwell.duration.count() % step_ns != 0 ? 1 : 0);
@@ -131,6 +136,7 @@ const JointVector& RobotController::step(const ControllerInput& input) {
     s_.plans.step();  // this step is also the first of the next plan
   }
   s_.motion.step(arm(), input.external_nm, s_.plans.planning());
+  // The tool changer needs the arm at rest after this step's motion, so that it comes after it.
   if (s_.changer.step(at_rest(), input.tool_at_flange)) finish_tool_change();
   check_completion(input);
   return reference();
@@ -138,13 +144,14 @@ const JointVector& RobotController::step(const ControllerInput& input) {
 
 // ---- planning
 
-/// The move is planned from now on, or after the plan that is under way.
+/// Plans the move now, or after the plan in progress.
 void RobotController::plan(PlannedMove move) {
   if (!require_initialized()) return;
   begin_task(Task::kRest);
   const int steps = latency_steps(move, false);
   MoveRequest request{std::move(move), X_FT(), s_.tool_limits};
   if (s_.plans.waits(steps)) {
+    // Only one move waits: each newer one replaces it, as it would replace a running one.
     s_.plans.wait(std::move(request));
   } else {
     begin_planning(std::move(request));
@@ -163,11 +170,13 @@ void RobotController::begin_planning(MoveRequest move, bool search) {
 
 /// The planned motion begins, or its command is refused. A move that waits is planned next.
 void RobotController::begin_planned() {
+  // Deterministic deadline: if the planning thread is late, this thread waits for it, and simulated
+  // time with it.
   const std::shared_ptr<PlanJob> job = s_.plans.take();
   if (setup_.prefetcher != nullptr && !job->ready()) ++plan_waits_;
   const Plan& plan = job->get();
   std::optional<MoveRequest> waiting = s_.plans.take_waiting();
-  // A plan that does not fit is made again, or left out for the move that waits.
+  // A plan that does not match the state is made again, or dropped for the waiting move.
   const bool expected = s_.motion.is_as_expected(arm(), plan);
   if (!expected || plan.search_wanted) {
     const bool search = expected && plan.search_wanted;
@@ -179,7 +188,9 @@ void RobotController::begin_planned() {
     s_.arrival_tolerance = arrival_tolerance_of(move);
     update_goal();
   } else if (!waiting) {
-    // The latest command may be one beside the move.
+    // The error then belongs to the command in the status, with a prefix that names the
+    // move.
+    // The latest command may be a concurrent action.
     const std::string& reason = plan.outcome.error().message;
     fail(s_.command.task() == Task::kRest ? reason : std::string(kMoveBefore) + reason);
   }
@@ -202,8 +213,8 @@ void RobotController::finish_tool_change() {
   run_deferred();
 }
 
-/// Executes the deferred commands one after the other, up to the next tool change. The status is
-/// that of the latest command.
+/// Executes the deferred commands in order, up to the next tool change. The status is that of the
+/// latest command.
 void RobotController::run_deferred() {
   if (s_.changer.deferred().empty()) return;
   const api::Ticket latest = s_.changer.deferred().back().ticket;
@@ -235,6 +246,7 @@ void RobotController::check_completion(const ControllerInput& input) {
       }
       s_.gripper_applied = true;
       break;
+    // A dwell of n steps ends after its n-th step.
     case Task::kDwell:
       if (--s_.steps_left <= 0) s_.command.complete();
       break;
@@ -249,7 +261,7 @@ bool RobotController::has_arrived(const JointVector& q_actual) const {
                             q_actual, s_.motion.last_reference());
 }
 
-/// The description tells of a joint in torque mode that is in balance with its load.
+/// The description reports a joint in torque mode that is in balance with its load.
 void RobotController::complete_motion() {
   const int joint = s_.motion.balanced_joint();
   if (joint < 0) return s_.command.complete();
@@ -263,11 +275,12 @@ void RobotController::complete_motion() {
 // ---- stops and errors
 
 void RobotController::protective_stop(const std::string& reason, const JointVector& q_actual) {
-  // The reference stands still where the arm is.
+  // The reference rests at the arm's actual posture.
   s_.plans.cancel();
-  s_.motion.stand_at(q_actual);
+  s_.motion.set_at_rest(q_actual);
   s_.protection = true;
   fail(reason);
+  // The retreat releases the squeezed contact; it follows the trail that the arm came by.
   s_.motion.retreat(arm(), q_actual);
 }
 
@@ -317,13 +330,13 @@ void RobotController::begin_task(Task task) {
   s_.arrival_tolerance = {};
 }
 
-/// Whether commands that act are executed; else the state is error.
+/// Whether the robot is initialized; else sets the error.
 bool RobotController::require_initialized() {
   if (!s_.command.in_error() && !initialized()) fail(kNotInitialized);
   return initialized();
 }
 
-/// Drops what is being planned, and brakes on the path.
+/// Cancels planning and brakes on the path.
 void RobotController::brake(Brake how) {
   s_.plans.cancel();
   s_.motion.brake(arm(), how);
@@ -347,7 +360,8 @@ std::optional<Pose> RobotController::X_RG() const {
 
 ControllerState RobotController::save() const {
   ControllerState state = s_;
-  // A plan that is being made would come later, with its memory.
+  // A plan in progress would allocate later, and is made again from its request.
+  // A shared plan must not be modified through a saved state.
   state.plans = state.plans.unmade();
   return state;
 }

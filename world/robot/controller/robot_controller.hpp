@@ -22,28 +22,29 @@ struct ControllerInput {
   JointVector q_actual{};     ///< where the arm is; empty = at the reference
 };
 
-/// The robot controller's state machine: executes commands, plans motion, gives one joint reference
-/// a step. Knows units of SI only and nothing of CRCL ids. Thread: sim.
+/// State machine of the robot controller: executes commands, plans motion, generates one joint
+/// reference per step. SI units; independent of CRCL. Thread: sim.
 ///
-/// - Before InitRobot, and after EndRobot, only InitRobot, EndRobot, StopMotion and SetMotionLimit
-///   are executed. An error is held: the state stays kError, whatever is sent, until InitRobot.
+/// - Before InitRobot only InitRobot, EndRobot, StopMotion and SetMotionLimit are executed. EndRobot
+///   ends motion; the robot stays initialized. An error is held: the state stays kError until
+///   InitRobot.
 /// - The newest command replaces the one that runs, which then never becomes done. A move begins
-///   after the planning latency; until then the motion before it goes on. Moves of joints and free
-///   moves of the tool are blended from the motion that runs then; the others begin where it comes
-///   to rest on its own path. Moves that come while one is being planned wait for that; only the
-///   last of them is planned. SetMotionLimit is for later moves and leaves a running motion alone;
-///   SetOverride changes its speed. SetGripper and Dwell begin at once beside a running or planned
-///   motion, which goes on to its target; it can still be refused or stopped, and is then the error
-///   of whatever command is the latest.
-/// - The tool changer waits for the arm to come to rest and then takes its time. What comes
-///   meanwhile, stops, InitRobot and EndRobot excepted, is done after it, in its order.
+///   after the planning latency; until then the motion before it continues. Moves of joints and
+///   free moves of the tool are blended from the motion that runs then; the others begin where it
+///   comes to rest on its own path. Moves that come while one is being planned wait for that; only
+///   the last of them is planned. SetMotionLimit is for later moves and leaves a running motion
+///   alone; SetOverride changes its speed. SetGripper and Dwell begin at once, concurrently with a
+///   running or planned motion. That motion continues to its target. If it is refused or stopped,
+///   the error is that of the latest command.
+/// - The tool changer waits until the arm is at rest, and then for its own time. Commands received
+///   meanwhile are executed after it, in order, except stops, InitRobot and EndRobot.
 /// - A command is done when the reference has reached its target exactly and is at rest, and the
 ///   arm, if something pushes it aside, is within the command's tolerance; SetGripper when the
-///   gripper has settled, or 2 s after the command if it does not; a joint driven by torque when it
-///   has reached its position or stands still in balance with its load, and it keeps applying its
-///   torque until the next motion.
-/// - An immediate stop, and a fast one a second later, leaves the arm to its brakes with the drives
-///   off. InitRobot and every motion switch them on again and wait until the brakes have released.
+///   gripper has settled, or 2 s after the command if it does not. A joint in torque mode is done
+///   at its position or at rest in balance with its load; it applies its torque until the next
+///   motion.
+/// - An immediate stop, and a fast one a second later, engages the brakes and switches the drives
+/// off. InitRobot and every motion switch them on again and wait until the brakes have released.
 /// - After a protective stop the arm retreats some millimetres along its trail; InitRobot waits for
 ///   that.
 class RobotController {
@@ -52,10 +53,10 @@ class RobotController {
   /// joint limits, no inverse kinematics).
   explicit RobotController(ControllerSetup setup);
 
-  /// Executes one command at a step boundary; the newest replaces whatever was running. Its indices
+  /// Executes one command at a step boundary; the newest replaces the running one. Its indices
   /// and numbers have been checked (world/cell/commands/command_check.hpp). `q_actual` is the arm's
   /// present position: InitRobot makes it the reference (the arm is to be relaxed with it), the
-  /// others go on from the reference. The outcome shows in status().
+  /// others continue from the reference. The outcome is in status().
   void apply(api::Ticket ticket, const api::RobotAction& action, const JointVector& q_actual);
 
   /// Advances one step and returns the reference for its end; the same bits while nothing moves.
@@ -75,7 +76,7 @@ class RobotController {
   void fail(const std::string& reason);
   /// The same; motion ends at once, or on its path as fast as it can, and then the drives go off.
   void shut_down(const std::string& reason, bool on_path);
-  /// Takes a command into an error at once, held until InitRobot.
+  /// Rejects a command: it is in error at once, held until InitRobot.
   void refuse(api::Ticket ticket, const api::RobotAction& action, const std::string& reason);
   /// From now on every motion has this share of its speed.
   void slow_down(double share);
@@ -108,12 +109,12 @@ class RobotController {
     return s_.motion.applied_torque(setup_.model.dof());
   }
 
-  /// Everything that changes: a copy put back continues bit for bit, also in another controller of
+  /// Everything that changes: a restored copy continues bit for bit, also in another controller of
   /// the same setup.
   [[nodiscard]] ControllerState save() const;
   void restore(const ControllerState& state);
 
-  /// How often a step had to wait for a plan, since construction: a matter of the machine's load.
+  /// Number of steps that waited for a plan, since construction. It depends on the machine's load.
   [[nodiscard]] std::uint64_t plan_waits() const { return plan_waits_; }
 
  private:

@@ -12,11 +12,13 @@ void ToolChangeSequence::begin(bool open, std::int64_t lock_steps) {
 
 void ToolChangeSequence::cancel() {
   deferred_.clear();
+  // A switched valve cannot be undone by cancelling the command.
   if (phase_ == Phase::kWaiting) phase_ = Phase::kIdle;
 }
 
 bool ToolChangeSequence::step(bool arm_at_rest, int tool_at_flange) {
   if (phase_ == Phase::kWaiting && arm_at_rest) phase_ = Phase::kLocking;
+  // The valve switches in the first step at rest; the lock reaches its end after its own time.
   if (phase_ != Phase::kLocking || lock_steps_-- > 0) return false;
   phase_ = Phase::kIdle;
   if (open_) {
@@ -35,6 +37,7 @@ bool ToolChangeSequence::defer(api::Ticket ticket, const api::RobotAction& actio
 
 DeferredCommand ToolChangeSequence::take_deferred() {
   DeferredCommand oldest = std::move(deferred_.front());
+  // At most kMaxDeferred elements: a ring buffer would gain nothing.
   deferred_.erase(deferred_.begin());
   return oldest;
 }

@@ -65,6 +65,12 @@ class ToolChangeSequence {
     auto& [tool, phase, open, lock_steps, deferred] = self;
     io(tool, phase, open, lock_steps, deferred);
   }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.index_or_none(In::kTool, tool_);
+    in.require(deferred_.size() <= kMaxDeferred && lock_steps_ >= 0,
+               "more deferred commands than a robot keeps");
+  }
 
  private:
   enum class Phase {
@@ -72,6 +78,7 @@ class ToolChangeSequence {
     kWaiting,  ///< for the arm to come to rest
     kLocking,  ///< the valve is switched
   };
+  friend constexpr Phase last_of(Phase) { return Phase::kLocking; }
 
   int tool_;
   Phase phase_ = Phase::kIdle;

@@ -60,6 +60,9 @@ void TorqueMode::advance(DrivenJoint& joint, const StepInput& input) const {
   const double side = distance > 0 ? 1 : -1;
   const double load = input.external_nm.size() > 0 ? -side * input.external_nm(j) : 0.0;
   // Admittance law.
+  // The load is at most as stiff as its servo, k = kp kv H. A step at this speed changes the torque
+  // by a tenth of the setting, so that the discrete loop is stable (Colgate & Hogan 1988 on coupled
+  // stability).
   const double free_speed =
       input.speed *
       std::min(kSpeedShare * input.limits.speed(j),
@@ -71,6 +74,7 @@ void TorqueMode::advance(DrivenJoint& joint, const StepInput& input) const {
   const double before = side * joint.speed;
   const double speed =
       std::min(std::clamp(wanted, before - input.limits.accel(j) * dt, before + accel * dt),
+               // v^2 = 2 a s: the highest speed from which the joint can still stop at the target.
                std::sqrt(2 * accel * std::abs(distance)));
   joint.speed = side * speed;
   joint.position += joint.speed * dt;

@@ -7,8 +7,8 @@
 namespace aprsim::robot {
 
 /// Joints that apply a given torque towards a position. A drive in this mode advances at a limited
-/// speed while the load torque is below the applied one, rests where both are equal, and yields to
-/// more. Gravity is compensated besides. A copyable value. Thread: sim.
+/// speed while the load torque is below the applied one, rests if both are equal, and yields to a
+/// larger one. Gravity is compensated besides. A copyable value. Thread: sim.
 class TorqueMode {
  public:
   struct Setpoint {
@@ -21,13 +21,17 @@ class TorqueMode {
       auto& [joint, target_rad, torque_nm, rate_nm_s] = self;
       io(joint, target_rad, torque_nm, rate_nm_s);
     }
+    template <typename In>
+    void require_valid(In& in) const {
+      in.joint(joint);
+    }
   };
 
   void clear() { count_ = 0; }
   /// From the joint's present position, at rest.
   void add(const Setpoint& setpoint, double position_rad);
   [[nodiscard]] bool active() const { return count_ > 0; }
-  /// Every joint is at its target or has stood still in balance for a while.
+  /// Every joint is at its target, or at rest in balance with its load.
   [[nodiscard]] bool settled() const;
   /// A joint that settled before its target; -1 = none.
   [[nodiscard]] int balanced_joint() const;

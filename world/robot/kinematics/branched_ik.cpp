@@ -9,6 +9,7 @@ namespace aprsim::robot {
 namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kFarthestSeed_rad = 1000;
 constexpr double kLimitTolerance = 1e-10;  ///< rounding at a limit; the angle is clamped to it
 constexpr double kSameSolution = 1e-12;
 
@@ -56,6 +57,10 @@ double BranchedIk::relative_position(int joint, double q) const {
 /// smallest violation.
 double BranchedIk::fit(int joint, double angle, double seed) const {
   const Range& range = ranges_[static_cast<std::size_t>(joint)];
+  // A seed far outside must not take the loops below long.
+  seed = std::clamp(seed, -kFarthestSeed_rad, kFarthestSeed_rad);
+  // Angles are periodic, limits are not: an axis with more than one turn has several values for one
+  // posture.
   double q = angle + kTurn * std::round((seed - angle) / kTurn);
   // Full turns towards the limits while the violation falls; within limits none.
   while (q > range.upper && violation(joint, q - kTurn) < violation(joint, q)) q -= kTurn;
@@ -81,6 +86,7 @@ BranchedIk::Choice BranchedIk::choose(const Eigen::Isometry3d& X_BF, const Joint
         candidate.angle_rad = q;
         candidate.violation_rad = outside;
       }
+      // Weighting by range makes joints comparable; a wrist turns more freely than a base axis.
       const double step = (q - seed(i)) / (range.upper - range.lower);
       candidate.cost += step * step;
       candidate.q(i) = q;
@@ -123,6 +129,7 @@ std::vector<IkSolution> BranchedIk::all(const Eigen::Isometry3d& X_BF, double el
     for (int i = 0; i < dof() && within; ++i) {
       const Range& range = ranges_[static_cast<std::size_t>(i)];
       // The lowest value that the limits allow; add_turns() counts up from it.
+      // Full turns are independent per joint, so that their combinations form a grid.
       base(i) += kTurn * std::ceil((range.lower - kLimitTolerance - base(i)) / kTurn);
       within = base(i) <= range.upper + kLimitTolerance;
     }
@@ -140,6 +147,7 @@ void BranchedIk::add_turns(const JointVector& base, std::vector<IkSolution>& out
       const Range& range = ranges_[static_cast<std::size_t>(i)];
       clamped(i) = std::clamp(q(i), range.lower, range.upper);
     }
+    // Duplicates would be counted as different ways by the posture search.
     // Branches coincide at singularities (stretched arm, straight wrist).
     const bool known = std::any_of(out.begin(), out.end(), [&](const IkSolution& other) {
       return (other.q - clamped).cwiseAbs().maxCoeff() < kSameSolution;

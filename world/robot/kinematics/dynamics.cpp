@@ -37,6 +37,8 @@ Body body(const ArmModel& model, const Payload& payload, int i) {
   out.mass = link.mass_kg + payload.mass_kg;
   const Vector3d apart = payload.com_F - link.com_L;
   out.com += apart * (payload.mass_kg / out.mass);
+  // Two bodies about their common centre: reduced mass m1 m2 / (m1 + m2) times the squared
+  // distance.
   out.inertia +=
       payload.inertia_F + (link.mass_kg * payload.mass_kg / out.mass) * point_inertia(apart);
   return out;

@@ -6,7 +6,7 @@
 
 /// Closed-form Euler angles of a rotation about two axes (Siciliano et al. 2009, sec. 2.4.1). The
 /// last angle is computed from the rotation that remains after the first two, so the product is
-/// exact also close to the singular middle angle, where the first angle is hardly determined.
+/// exact also close to the singular middle angle, where the first angle is ill-conditioned.
 namespace aprsim::robot {
 
 inline constexpr double kSingularSine = 1e-10;  ///< of the middle angle; below, `seed` decides

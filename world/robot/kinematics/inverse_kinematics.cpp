@@ -21,6 +21,9 @@ struct JointPattern {
   std::array<bool, 3> offset;
 };
 
+// Pieper 1968: an arm has a closed form if three consecutive axes meet in a point, here those of
+// the wrist. The pattern also requires the axes to be parallel or orthogonal at zero, which makes
+// the arm's part planar.
 constexpr std::array<JointPattern, 6> kSphericalWrist{{{kZ, {false, false, true}},
                                                        {kY, {true, false, true}},
                                                        {kY, {false, false, true}},
@@ -36,6 +39,8 @@ bool fits(const Joint& joint, const JointPattern& pattern) {
     return false;
   }
   for (int i = 0; i < 3; ++i) {
+    // Signs of axes differ between makers. They are absorbed by q = sign t, so that one set of
+    // formulas serves all.
     const double axis = std::abs(joint.axis(i)) - (i == pattern.axis ? 1 : 0);
     if (std::abs(axis) > kFits) return false;
     const bool free = pattern.offset[static_cast<std::size_t>(i)];
@@ -84,9 +89,10 @@ Result<void> need_positive(const ArmModel& model, std::initializer_list<double> 
 Result<std::unique_ptr<InverseKinematics>> make_spherical_wrist(const ArmModel& model) {
   auto sign = match(model, kSphericalWrist);
   if (!sign) return tl::unexpected(sign.error());
-  const auto offset = [&](std::size_t joint) -> const auto{
+  const auto offset = [&](std::size_t joint) {
     return Eigen::Vector3d(model.joints[joint].X_PJ.translation());
   };
+  // Offsets along an axis can be added up, since rotation about it leaves them unchanged.
   SphericalWristGeometry geometry{.shoulder_z = offset(0).z() + offset(1).z(),
                                   .shoulder_x = offset(1).x(),
                                   .upper = offset(2).z(),
@@ -105,6 +111,8 @@ Result<std::unique_ptr<InverseKinematics>> make_srs(const ArmModel& model) {
   auto sign = match(model, kSrs);
   if (!sign) return tl::unexpected(sign.error());
   const auto along = [&](std::size_t joint) { return model.joints[joint].X_PJ.translation().z(); };
+  // S-R-S arm: both shoulder axes and both wrist axes meet, which leaves one redundant degree of
+  // freedom, the elbow angle.
   SrsGeometry geometry{.shoulder_z = along(0) + along(1),
                        .upper = along(2) + along(3),
                        .fore = along(4) + along(5),

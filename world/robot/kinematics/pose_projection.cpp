@@ -23,6 +23,8 @@ Twist displacement(const Eigen::Isometry3d& X_BF, const Eigen::Isometry3d& X_BF_
   Twist d;
   d.head<3>() = X_BF_target.translation() - X_BF.translation();
   Eigen::Vector3d turn = Eigen::Vector3d::Zero();
+  // Orientation error as half the sum of cross products of the axes (Siciliano et al. 2009, sec.
+  // 3.7.3).
   for (int i = 0; i < 3; ++i) turn += X_BF.linear().col(i).cross(X_BF_target.linear().col(i));
   d.tail<3>() = turn / 2;
   return d;
@@ -43,6 +45,8 @@ bool project_to_pose(const ArmModel& model, const Eigen::Isometry3d& X_BF, Joint
     const double distance = off.cwiseAbs().maxCoeff();
     if (distance < kOnPose || (distance < kNearPose && distance >= last)) return true;
     last = distance;
+    // dq = J' (J J')^-1 e, the right pseudo-inverse, which moves the joints least (Siciliano et al.
+    // 2009, sec. 3.5.1).
     // Least-norm step.
     off.head<3>() /= kLength_m;
     const Jacobian J = scaled_jacobian(model, q);
@@ -50,6 +54,7 @@ bool project_to_pose(const ArmModel& model, const Eigen::Isometry3d& X_BF, Joint
     const Eigen::LLT<TwistMatrix> factor(gram);
     if (factor.info() != Eigen::Success) return false;
     const JointVector step = J.transpose() * factor.solve(off);
+    // Near a singularity J J' is ill-conditioned; the step is limited, and then given up.
     const double longest = step.cwiseAbs().maxCoeff();
     if (!(longest < 1e3)) return false;
     q += longest > kLongestStep ? JointVector(step * (kLongestStep / longest)) : step;
@@ -60,6 +65,7 @@ bool project_to_pose(const ArmModel& model, const Eigen::Isometry3d& X_BF, Joint
 double dexterity(const ArmModel& model, const JointVector& q) {
   const Jacobian J = scaled_jacobian(model, q);
   const TwistMatrix gram = J * J.transpose();
+  // A smallest pivot is cheaper than a smallest singular value, and vanishes with it.
   const Eigen::LDLT<TwistMatrix> factor(gram);
   return std::max(0.0, factor.vectorD().minCoeff());
 }

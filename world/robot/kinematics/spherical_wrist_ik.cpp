@@ -54,6 +54,7 @@ BranchedIk::Branches SphericalWristIk::branches(const Eigen::Isometry3d& X_BF,
       const double upper_elevation =
           std::atan2(z, r) -
           std::atan2(fore_ * std::sin(bend), geometry_.upper + fore_ * std::cos(bend));
+      // Joint angles are measured from the zero posture: upper arm up, forearm forward.
       const double t2 = std::numbers::pi / 2 - upper_elevation;
       const double t3 = fore_angle_ - std::numbers::pi / 2 - bend;
       // Wrist angles from the rotation that the forearm leaves.

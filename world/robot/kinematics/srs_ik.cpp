@@ -58,6 +58,7 @@ BranchedIk::Branches SrsIk::branches(const Eigen::Isometry3d& X_BF, const JointV
   const Eigen::Vector3d outwards =
       std::cos(elbow_rad) * circle.up + std::sin(elbow_rad) * circle.side;
   const double a = geometry_.upper, b = geometry_.fore;
+  // Law of cosines in the triangle of shoulder, elbow and wrist: the angle at the shoulder.
   const double cosine = (a * a + distance * distance - b * b) / (2 * a * distance);
   const double sine = b * std::sin(arm.bend_rad) / distance;
   const Eigen::Vector3d upper_dir = cosine * circle.n + sine * outwards;
@@ -65,6 +66,8 @@ BranchedIk::Branches SrsIk::branches(const Eigen::Isometry3d& X_BF, const JointV
   for (const double bend : {1.0, -1.0}) {
     const double t4 = bend * arm.bend_rad;
     // Frames of upper arm and forearm; shoulder and wrist angles from them.
+    // The upper arm's y axis is the elbow's axis. It is orthogonal to the arm's plane, and its sign
+    // selects the elbow branch.
     Eigen::Matrix3d R_upper;
     R_upper.col(0) = bend * (sine * circle.n - cosine * outwards);
     R_upper.col(2) = upper_dir;
@@ -120,6 +123,8 @@ double SrsIk::posture_cost(const Choice& choice) const {
 }
 
 Result<double> SrsIk::choose_elbow(const Eigen::Isometry3d& X_BF, const JointVector& seed) const {
+  // The cost has several minima in the elbow angle: a scan brackets the best one before it is
+  // refined.
   // The search starts at the seed's own elbow angle, so that staying is one of the candidates.
   const double start = elbow_of(seed);
   constexpr double kSpacing = 2 * std::numbers::pi / kElbowCandidates;

@@ -59,6 +59,8 @@ class ModelReader {
     model_.name = urdf_.getName();
     const urdf::Link* link = urdf_.getRoot().get();
     model_.links.push_back({.name = link->name});
+    // Dynamics needs rigid bodies joined by moving joints. Links behind fixed joints are merged
+    // into the body before them.
     while (true) {
       if (auto added = add_body(*link); !added) return tl::unexpected(added.error());
       if (link->child_joints.empty()) break;
@@ -106,6 +108,7 @@ class ModelReader {
   /// 1e-3 is left for rounding in the file.
   static bool plausible(const Eigen::Matrix3d& inertia) {
     if (!inertia.allFinite()) return false;
+    // I_1 + I_2 >= I_3: a violation means an inertia that no mass distribution has.
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(inertia, Eigen::EigenvaluesOnly);
     const Eigen::Vector3d& m = solver.eigenvalues();
     return m(0) > 0 && m(0) + m(1) > m(2) * (1 - 1e-3);
@@ -121,6 +124,7 @@ class ModelReader {
     } else {
       const Eigen::Vector3d d = com - body.com_L;
       const double reduced = body.mass_kg * mass / total;
+      // Parallel axes for both bodies at once, with the reduced mass.
       body.inertia_L +=
           inertia + reduced * (d.squaredNorm() * Eigen::Matrix3d::Identity() - d * d.transpose());
       body.com_L += d * (mass / total);
@@ -131,6 +135,7 @@ class ModelReader {
   /// Boxes, cylinders, spheres; URDF has no capsule, so a cylinder's name says it is one.
   Result<LinkShape> read_shape(const urdf::Link& link, const urdf::Collision& collision) {
     LinkShape out;
+    // URDF poses are relative to the URDF link; here they become relative to the rigid body.
     out.X_LS = X_LC_ * transform(collision.origin);
     const std::string& name = collision.name;
     const bool capsule = name.ends_with("_capsule");
@@ -182,10 +187,13 @@ class ModelReader {
     joint.max_speed_rad_s = limits.velocity;
     joint.max_torque_nm = limits.effort;
     // What remains in the map names no joint of the arm.
+    // Rotor inertia is added to the joint's axis only (Siciliano et al. 2009, sec. 7.1.1, without
+    // gyroscopic terms).
     if (const auto found = reflected_.find(source.name); found != reflected_.end()) {
       joint.rotor_inertia_kg_m2 = found->second;
       reflected_.erase(found);
     }
+    // Joint i moves link i + 1; all later fixed links belong to that link.
     model_.joints.push_back(joint);
     model_.links.push_back({.name = source.child_link_name});
     X_LC_ = Eigen::Isometry3d::Identity();
@@ -228,6 +236,7 @@ Result<ArmModel> load_arm_model(const std::string& urdf_path) {
   }
   auto reflected = read_reflected_inertias(urdf_path);
   if (!reflected) return tl::unexpected(reflected.error());
+  // urdfdom writes errors to the console; they belong into the error message instead.
   const ParserMessages messages;
   const urdf::ModelInterfaceSharedPtr urdf = urdf::parseURDFFile(urdf_path);
   if (!urdf) {

@@ -56,6 +56,7 @@ Result<std::map<std::string, double>> read_reflected_inertias(const std::string&
     if (!ratio) return tl::unexpected(ratio.error());
     const auto rotor = child_value(urdf_path, *actuator, "drake:rotor_inertia");
     if (!rotor) return tl::unexpected(rotor.error());
+    // The rotor turns `ratio` times as fast: kinetic energy 1/2 J (ratio qd)^2.
     inertias[*name] = *ratio * *ratio * *rotor;
   }
   return inertias;

@@ -11,7 +11,7 @@
 namespace aprsim::robot {
 namespace {
 
-/// Of a joint's maximum, for joints that a command names without limits of their own.
+/// Shares of a joint's maximum, for joints that a command names without limits.
 constexpr double kJointSpeedShare = 0.25, kJointAccelShare = 0.5;
 constexpr double kLeastTravel = 1e-12;
 constexpr double kAtLimit_rad = 1e-9;  ///< rounding of a limit that was meant exactly
@@ -19,11 +19,11 @@ constexpr int kRateSamples = 33;
 /// A kept elbow angle must leave the joints within this share of their ranges, and cost at most
 /// this much more joint motion than the best one.
 constexpr double kClearShare = 0.98, kMaxDetour = 1.5;
-/// Of a joint's speed, for joints that have hardly any way but must slow down and come back.
+/// Share of a joint's speed, for joints that hardly move but must slow down and return.
 constexpr double kLeastBlendSpeed = 0.05;
 constexpr double kRetreatScale = 0.3;
 constexpr double kAtPose = 1e-6;  ///< of the joint ranges: the arm is at the pose already
-// Of torque_scaling.
+// Parameters of torque_scaling().
 constexpr int kTorqueSamples = 48;
 constexpr double kTorqueDifference_s = 1e-3;
 constexpr double kSlowestScale = 0.1;
@@ -69,6 +69,7 @@ double torque_scaling(const ArmModel& model, const Payload& payload,
   double square = 1;  // of the scale
   for (int k = 0; k < kTorqueSamples; ++k) {
     const double t = duration_s * (k + 0.5) / kTorqueSamples;
+    // Samples lie in the middle of equal intervals, so that t - h and t + h stay within the motion.
     const double h = std::min(kTorqueDifference_s, duration_s / (2 * kTorqueSamples));
     if (!(h > 0)) return 1;
     // Central differences.
@@ -82,6 +83,8 @@ double torque_scaling(const ArmModel& model, const Payload& payload,
     for (int i = 0; i < model.dof(); ++i) {
       const double limit = kTorqueShare * model.joints[static_cast<std::size_t>(i)].max_torque_nm;
       const double room = limit - std::copysign(1.0, moving(i)) * hold(i);
+      // tau = hold + c^2 moving must stay within the limit: c^2 <= (limit - hold) / |moving|, with
+      // the sign of the motion's torque.
       if (std::abs(moving(i)) * square > room) square = room / std::abs(moving(i));
     }
   }
@@ -112,6 +115,7 @@ Result<void> MotionPlanner::plan(const api::MoveTo& move, const PlanStart& start
   const Eigen::Isometry3d X_BT = pose_in_base(move.X_RT);
   const ToolLimits tool = limits.effective(move.limits);
   if (move.straight) return add_line(X_BT, start, tool, limits.maximum(), out);
+  // A free move is planned in joint space: only its end pose matters.
   const auto target = target_posture(X_BT * start.X_FT.inverse(), start.q);
   if (!target) return tl::unexpected(target.error());
   add_joint_motion(*target, start, tool, limits.maximum(), out);
@@ -150,6 +154,7 @@ Result<void> MotionPlanner::plan(const api::MoveJoints& move, const PlanStart& s
       joints.limits.accel(i) = std::min(*target.accel_rad_s2, limits_.accel(i));
     }
   }
+  // The jerk follows from the time in which an acceleration builds up.
   joints.limits.jerk = joints.limits.accel / kJerkTime_s;
   limit_tool_rates(joints, start.X_FT, limits.maximum(), limits.maximum());
   plan_joint_motion(joints, out.add().as_joint());
@@ -176,15 +181,17 @@ std::optional<JointMotion> MotionPlanner::blend_from_motion(const JointState& st
   const int dof = setup_->model.dof();
   const Jacobian J = point_jacobian(setup_->model, state.q, dof, X_FT.translation());
   for (int i = 0; i < dof; ++i) {
-    // The joint's part of the shared profile; enough to reverse a joint that moves the other way.
-    const double way = std::abs(move.target(i) - move.start(i));
+    // The joint's part of the shared profile; enough to reverse a joint that moves in the opposite
+    // direction. Independent profiles from a moving state (Kroeger & Wahl 2010). The shared profile
+    // gives each joint its speed, so that the path stays close to a line in joint space.
+    const double distance = std::abs(move.target(i) - move.start(i));
     const double lever = std::max(J.col(i).head<3>().norm(), kLeastTravel);
     const double least_speed = std::max(std::abs(move.qd(i)), kLeastBlendSpeed * limits_.speed(i));
     const double least_accel = 0.5 * tool.trans_accel_m_s2 / lever;
     move.limits.speed(i) =
-        std::min(move.limits.speed(i), std::max(move.progress_speed * way, least_speed));
+        std::min(move.limits.speed(i), std::max(move.progress_speed * distance, least_speed));
     move.limits.accel(i) =
-        std::min(move.limits.accel(i), std::max(move.progress_accel * way, least_accel));
+        std::min(move.limits.accel(i), std::max(move.progress_accel * distance, least_accel));
     move.limits.jerk(i) = limits_.jerk(i);
   }
   JointMotion motion;
@@ -197,6 +204,8 @@ std::optional<JointMotion> MotionPlanner::blend_from_motion(const JointState& st
 JointMotion MotionPlanner::plan_stop(const JointState& state) const {
   constexpr double kStopJerkTime_s = 0.02;
   JointLimits limits = limits_;
+  // A stop may be harsher than a motion: the distance that it saves matters more than its
+  // smoothness.
   limits.jerk = limits.accel / kStopJerkTime_s;
   JointMotion stop;
   stop.plan_stop(state.q, state.qd, state.qdd, limits);
@@ -205,6 +214,7 @@ JointMotion MotionPlanner::plan_stop(const JointState& state) const {
 
 JointMotion MotionPlanner::plan_retreat(const JointVector& from, const JointVector& to) const {
   JointMove move{.start = from, .target = to, .limits = limits_, .maximum = limits_};
+  // Slow, because the arm may still touch what it retreats from.
   move.time_scale = kRetreatScale;
   JointMotion retreat;
   retreat.plan(move);
@@ -237,10 +247,12 @@ Result<JointVector> MotionPlanner::target_posture(const Eigen::Isometry3d& X_BF,
                                                   const JointVector& start) const {
   // The present elbow angle; a non-redundant arm has no other.
   const InverseKinematics& ik = *setup_->ik;
+  // Redundancy resolution: keeping the elbow angle makes motions repeatable, and the cost is
+  // bounded by kMaxDetour.
   const auto kept = ik.nearest(X_BF, start, ik.elbow_of(start));
   if (setup_->model.dof() <= 6) return kept;
   if (kept && range_distance(*kept, start) < kAtPose) return kept;
-  // The best elbow angle, where the present one is close to a limit or a long way off.
+  // The best elbow angle, where the present one is close to a limit or far away.
   const auto elbow = ik.choose_elbow(X_BF, start);
   if (!elbow) return kept ? kept : tl::unexpected(elbow.error());
   const auto chosen = ik.nearest(X_BF, start, *elbow);
@@ -264,35 +276,38 @@ Result<void> MotionPlanner::add_line(const Eigen::Isometry3d& X_BT, const PlanSt
   PathMotion& path = out.add().as_path();
   ToolPath& tool_path = path.begin_tool_path(start.X_FT);
   const Eigen::Isometry3d X_BT_start = tool_pose(start.q, start.X_FT);
-  const auto along = [&](const ToolLine& way) {
+  const auto along = [&](const ToolLine& line) {
     SegmentLimits segment;
     tool_path.start(X_BT_start);
-    tool_path.add_line(way, segment.add(way.length_m(), way.angle_rad(), tool, tool_maximum));
+    tool_path.add_line(line, segment.add(line.length_m(), line.angle_rad(), tool, tool_maximum));
     return plan_path(segment.move(start.q, limits_), path);
   };
   // The shorter rotation, and for half a turn the other one where that fails.
-  const ToolLine way(X_BT_start, X_BT);
-  const Result<void> planned = along(way);
-  if (planned || !way.half_turn()) return planned;
+  const ToolLine line(X_BT_start, X_BT);
+  const Result<void> planned = along(line);
+  if (planned || !line.half_turn()) return planned;
   return along(ToolLine(X_BT_start, X_BT, true)) ? Result<void>{} : planned;
 }
 
-/// The tool's velocity per unit of progress from the Jacobian at samples of the way. The
+/// The tool's velocity per unit of progress from the Jacobian at samples of the motion. The
 /// acceleration limit leaves out the Jacobian's own change.
 void MotionPlanner::limit_tool_rates(JointMove& move, const Eigen::Isometry3d& X_FT,
                                      const ToolLimits& tool, const ToolLimits& maximum) const {
-  const JointVector way = move.target - move.start;
+  const JointVector delta = move.target - move.start;
   double trans = kLeastTravel, rot = kLeastTravel;  // per unit of progress
   for (int i = 0; i < kRateSamples; ++i) {
-    const JointVector q = move.start + i / (kRateSamples - 1.0) * way;
+    const JointVector q = move.start + i / (kRateSamples - 1.0) * delta;
+    // v = J dq/ds: the tool's velocity per unit of progress (Siciliano et al. 2009, sec. 3.1).
     const Eigen::Matrix<double, 6, 1> rate =
-        point_jacobian(setup_->model, q, setup_->model.dof(), X_FT.translation()) * way;
+        point_jacobian(setup_->model, q, setup_->model.dof(), X_FT.translation()) * delta;
     trans = std::max(trans, rate.head<3>().norm());
     rot = std::max(rot, rate.tail<3>().norm());
   }
   const Eigen::Isometry3d X_BF = flange_pose(setup_->model, move.start);
   const Eigen::Isometry3d X_BF_target = flange_pose(setup_->model, move.target);
   const Eigen::Quaterniond turn(X_BF.linear().transpose() * X_BF_target.linear());
+  // CRCL limits the net rotation of a free move. The rotation in between is only bounded by the
+  // robot's own maximum.
   const double net = std::max(kLeastTravel, turn.angularDistance(Eigen::Quaterniond::Identity()));
   move.progress_speed = std::min(
       {tool.trans_speed_m_s / trans, tool.rot_speed_rad_s / net, maximum.rot_speed_rad_s / rot});

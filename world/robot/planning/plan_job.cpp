@@ -40,6 +40,7 @@ std::optional<ToolLimits> blend_limits(const PlannedMove& move, const ToolLimitS
 
 }  // namespace
 
+/// Either thread may come first. The result is the same, since it depends on the request only.
 const Plan& PlanJob::get() {
   std::call_once(once_, [this] {
     plan_ = make();
@@ -52,7 +53,7 @@ Plan PlanJob::make() const {
   const auto& move = request_.request.move;
   const Eigen::Isometry3d& X_FT = request_.request.X_FT;
   const ToolLimitSettings& limits = request_.request.limits;
-  // The robot when the motion begins: until then it goes on as it does, and no drive goes off.
+  // The robot's state when the motion begins: until then its motion continues with the drives on.
   MotionRunner runner = request_.runner;
   DrivePower drives = request_.drive_power;
   for (int i = 0; i < request_.steps; ++i) {
@@ -61,7 +62,11 @@ Plan PlanJob::make() const {
   }
   Plan plan;
   plan.state = runner.state(request_.step_s);
+  // The plan must begin where the running motion will be after the planning latency, which a copy
+  // of the runner predicts exactly.
   const bool moves = runner.running();
+  // Every move is first planned from the rest that braking would lead to. That plan is always
+  // possible; blending is tried on top of it.
   plan.rest = runner.brake(planner_->arm(), Brake::kSet);
   // From rest.
   plan.held = request_.joint_targets.value_or(plan.rest);
@@ -95,10 +100,11 @@ PlanningThread::~PlanningThread() = default;
 void PlanningThread::prefetch(std::shared_ptr<PlanJob> job) {
   {
     const std::lock_guard lock(mutex_);
+    // Only the newest request matters; one that has not begun is dropped.
     next_.swap(job);
   }
   given_.notify_one();
-  // `job`, which has not begun, is let go here, outside the lock.
+  // The replaced job is destroyed here, outside the lock.
 }
 
 void PlanningThread::run(const std::stop_token& stop) {
@@ -113,7 +119,7 @@ void PlanningThread::run(const std::stop_token& stop) {
     try {
       job->get();
     } catch (...) {
-      // Out of memory: the simulation asks again when it needs the plan, and has the exception.
+      // Out of memory: the simulation thread makes the plan when needed, and gets the exception.
     }
   }
 }

@@ -18,6 +18,9 @@ namespace aprsim::robot {
 /// The commands that need a plan.
 using PlannedMove = std::variant<api::MoveTo, api::MoveThroughTo, api::MoveScrew, api::MoveJoints>;
 
+/// Steps from the request of a plan to its motion, at most.
+inline constexpr int kMaxPlanSteps = 100'000;
+
 /// A move as it was commanded.
 struct MoveRequest {
   PlannedMove move;
@@ -60,12 +63,18 @@ struct PlanRequest {
     auto& [request, steps, step_s, runner, drive_power, search, joint_targets] = self;
     io(request, steps, step_s, runner, drive_power, search, joint_targets);
   }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.require(steps >= 0 && steps <= kMaxPlanSteps, "a plan that is due too late");
+    in.require(step_s >= 1e-4 && step_s <= 0.1, "a step that no scene has");
+    if (joint_targets) in.all_joints(joint_targets->size());
+  }
 };
 
-/// What is to begin when the request's steps are over.
+/// The motion that begins after the request's steps.
 struct Plan {
   Result<void> outcome;
-  bool search_wanted = false;  ///< and not asked for: the outcome may be better with it
+  bool search_wanted = false;  ///< a search was not requested but may improve the outcome
   /// What the planner expects of the robot then: its reference, and where it would come to rest.
   JointState state;
   JointVector rest;
@@ -81,7 +90,7 @@ class PlanJob {
  public:
   PlanJob(const MotionPlanner& planner, PlanRequest request)
       : planner_(planner.until(cancelled_)), request_(std::move(request)) {}
-  /// Of a saved state: a request that nobody plans.
+  /// A request of a saved state, which is not planned.
   explicit PlanJob(PlanRequest request) : request_(std::move(request)) {}
   PlanJob(const PlanJob&) = delete;
   PlanJob& operator=(const PlanJob&) = delete;
@@ -93,7 +102,7 @@ class PlanJob {
   /// Nobody will ask for it: whoever makes it may give up.
   void cancel() { cancelled_.store(true, std::memory_order_relaxed); }
   [[nodiscard]] const PlanRequest& request() const { return request_; }
-  /// A job of the same request that nobody makes.
+  /// A job of the same request that is not started.
   [[nodiscard]] std::shared_ptr<PlanJob> unmade() const {
     return std::make_shared<PlanJob>(request_);
   }
@@ -120,7 +129,7 @@ class PlanJob {
   Plan plan_;
 };
 
-/// Makes plans ahead of the time when they are needed, so that nobody waits for them. Thread: any.
+/// Makes plans before they are needed, so that the simulation does not wait. Thread: any.
 class PlanPrefetcher {
  public:
   virtual ~PlanPrefetcher() = default;

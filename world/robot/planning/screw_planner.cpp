@@ -40,6 +40,8 @@ std::vector<JointVector> ScrewPlanner::start_postures(const Eigen::Isometry3d& X
   const InverseKinematics& ik = planner_.arm().ik;
   const Eigen::Isometry3d X_BF = X_BT * start_.X_FT.inverse();
   std::vector<IkSolution> all = ik.all(X_BF, ik.elbow_of(start_.q));
+  // The branch at the start decides how much of the last joint's range is left for turning, so that
+  // all are candidates.
   if (const auto elbow = ik.choose_elbow(X_BF, start_.q); elbow && start_.q.size() > 6) {
     for (const IkSolution& more : ik.all(X_BF, *elbow)) all.push_back(more);
   }
@@ -59,6 +61,7 @@ Result<void> ScrewPlanner::add_screw(const api::MoveScrew& screw, const JointVec
   Eigen::Isometry3d X_BT = planner_.tool_pose(q, start_.X_FT);
   const Eigen::Vector3d axis = X_BT.linear().col(2);
   if (screw.free_m != 0) {
+    // CRCL MoveScrew: a free advance along the axis, then advance and turn together.
     X_BT.translation() += screw.free_m * axis;
     auto ok = planner_.add_line(X_BT, {q, start_.X_FT}, tool, limits_.maximum(), out);
     if (!ok) {

@@ -27,12 +27,12 @@ tl::unexpected<Error> at_waypoint(std::size_t index, std::size_t count, Error er
 
 /// Straight line of the tool to a waypoint.
 struct WaypointPlanner::Line {
-  ToolLine way;
+  ToolLine tool_line;
   double duration_s;  ///< at full speed
   std::size_t waypoint;
 };
 
-/// Straight way in joint space to a waypoint.
+/// Straight line in joint space to a waypoint.
 struct WaypointPlanner::JointSegment {
   JointVector from, to;
   double duration_s;  ///< at full speed
@@ -46,6 +46,7 @@ Result<void> WaypointPlanner::plan(const api::MoveThroughTo& move, MotionPlan& o
   if (auto ok = move.straight ? plan_lines(move, out) : plan_joint_segments(move, out); !ok) {
     return ok;
   }
+  // Each part between two stops is one path motion; the parts run one after the other.
   // All waypoints are where the tool is already; a sequence has at least one motion.
   if (out.empty()) {
     planner_.add_joint_motion(start_.q, start_, limits_.effective({}), limits_.maximum(), out);
@@ -62,14 +63,16 @@ Result<std::vector<WaypointPlanner::Line>> WaypointPlanner::find_lines(
   for (std::size_t i = 0; i < count; ++i) {
     if (planner_.cancelled()) return given_up();
     const Eigen::Isometry3d X_BT_next = planner_.pose_in_base(move.waypoints[i].X_RT);
+    // Reachability of the waypoints alone gives early and specific errors, before the lines are
+    // traced.
     const auto posture = planner_.target_posture(X_BT_next * start_.X_FT.inverse(), start_.q);
     if (!posture) return at_waypoint(i, count, posture.error());
-    const ToolLine way(X_BT, X_BT_next);
-    if (way.length_m() < kSame_m && way.angle_rad() < kSame_rad) continue;
+    const ToolLine tool_line(X_BT, X_BT_next);
+    if (tool_line.length_m() < kSame_m && tool_line.angle_rad() < kSame_rad) continue;
     const double duration =
-        SegmentLimits().add(way.length_m(), way.angle_rad(),
+        SegmentLimits().add(tool_line.length_m(), tool_line.angle_rad(),
                             limits_.effective(move.waypoints[i].limits), limits_.maximum());
-    lines.push_back({way, duration, i});
+    lines.push_back({tool_line, duration, i});
     X_BT = X_BT_next;
   }
   return lines;
@@ -83,18 +86,21 @@ Result<void> WaypointPlanner::plan_lines(const api::MoveThroughTo& move, MotionP
   for (std::size_t i = 0; i < lines.size();) {
     PathMotion& path = out.add().as_path();
     ToolPath& tool_path = path.begin_tool_path(start_.X_FT);
-    tool_path.start(lines[i].way.start());
+    tool_path.start(lines[i].tool_line.start());
     SegmentLimits segments;
     std::vector<double> widths;
     // Up to the next waypoint that needs a stop.
+    // Lines up to a stop form one path with one profile. A blend of zero width would require
+    // infinite acceleration.
     for (double width = 1; i < lines.size() && width > 0; ++i) {
       const Line& line = lines[i];
       const api::Waypoint& waypoint = move.waypoints[line.waypoint];
-      segments.add(line.way.length_m(), line.way.angle_rad(), limits_.effective(waypoint.limits),
-                   limits_.maximum());
-      tool_path.add_line(line.way, line.duration_s, static_cast<int>(line.waypoint) + 1);
+      segments.add(line.tool_line.length_m(), line.tool_line.angle_rad(),
+                   limits_.effective(waypoint.limits), limits_.maximum());
+      tool_path.add_line(line.tool_line, line.duration_s, static_cast<int>(line.waypoint) + 1);
       const bool last = i + 1 == lines.size();
       width = last ? 0 : corner_width(line, lines[i + 1], waypoint.tolerance);
+      // Widths are set afterwards, since a blend needs both of its lines to be in the path.
       widths.push_back(width);
     }
     for (std::size_t k = 0; k + 1 < widths.size(); ++k) tool_path.blend(k, widths[k]);
@@ -117,16 +123,17 @@ Result<std::vector<WaypointPlanner::JointSegment>> WaypointPlanner::find_joint_s
     const Eigen::Isometry3d X_BT = planner_.pose_in_base(move.waypoints[i].X_RT);
     const auto target = planner_.target_posture(X_BT * start_.X_FT.inverse(), q);
     if (!target) return at_waypoint(i, count, target.error());
-    const JointVector way = (*target - q).cwiseAbs();
-    if (way.maxCoeff() < kSame_rad) continue;
+    // Waypoints at the same posture add nothing to the path.
+    const JointVector distance = (*target - q).cwiseAbs();
+    if (distance.maxCoeff() < kSame_rad) continue;
     // Full speed, and the accelerations at it, with the tool's set limits and with its maximum.
     const ToolLimits tool = limits_.effective(move.waypoints[i].limits);
     JointMove set{.start = q, .target = *target, .limits = joint_limits, .maximum = joint_limits};
     JointMove hard = set;
     planner_.limit_tool_rates(set, start_.X_FT, tool, limits_.maximum());
     planner_.limit_tool_rates(hard, start_.X_FT, limits_.maximum(), limits_.maximum());
-    const double duration =
-        std::max(1 / set.progress_speed, (way.array() / joint_limits.speed.array()).maxCoeff());
+    const double duration = std::max(1 / set.progress_speed,
+                                     (distance.array() / joint_limits.speed.array()).maxCoeff());
     segments.push_back({q, *target, duration, i, set.progress_accel * duration,
                         hard.progress_accel * duration, tool});
     q = *target;
@@ -167,14 +174,17 @@ Result<void> WaypointPlanner::plan_joint_segments(const api::MoveThroughTo& move
 
 double WaypointPlanner::corner_width(const Line& line, const Line& next,
                                      const api::PoseTolerance& tolerance) const {
+  // A path of the two lines alone has the same corner, and is cheap to evaluate for every trial
+  // width.
   ToolPath corner;
-  corner.start(line.way.start());
-  corner.add_line(line.way, line.duration_s);
-  corner.add_line(next.way, next.duration_s);
-  return fit_blend(corner.segments().room(0), line.way.end(), tolerance, [&](double half_width) {
-    corner.blend(0, half_width);
-    return corner.at(line.duration_s);
-  });
+  corner.start(line.tool_line.start());
+  corner.add_line(line.tool_line, line.duration_s);
+  corner.add_line(next.tool_line, next.duration_s);
+  return fit_blend(corner.segments().room(0), line.tool_line.end(), tolerance,
+                   [&](double half_width) {
+                     corner.blend(0, half_width);
+                     return corner.at(line.duration_s);
+                   });
 }
 
 double WaypointPlanner::corner_width(const JointSegment& segment, const JointSegment& next,
@@ -200,6 +210,8 @@ double WaypointPlanner::fit_blend(double room, const Eigen::Isometry3d& X_BT_goa
     const double use = tolerance_use(pose(width), X_BT_goal, tolerance);
     if (use <= 1) return width;
     // The deviation at the corner grows with the width.
+    // The deviation of a blend is proportional to its width for straight lines (Siciliano et al.
+    // 2009, sec. 4.2.2). In joint space it is only nearly so, which takes a few rounds.
     width *= std::clamp(0.98 / use, 0.01, 0.95);
   }
   return 0;
@@ -209,10 +221,12 @@ double WaypointPlanner::fit_blend(double room, const Eigen::Isometry3d& X_BT_goa
 double WaypointPlanner::tolerance_use(const Eigen::Isometry3d& X_BT,
                                       const Eigen::Isometry3d& X_BT_goal,
                                       const api::PoseTolerance& tolerance) const {
+  // CRCL gives tolerances along the axes of the robot's frame R.
   const Eigen::Vector3d off =
       planner_.X_BR().linear().transpose() * (X_BT.translation() - X_BT_goal.translation());
   const auto share = [](double value, const std::optional<double>& bound, double otherwise) {
     const double limit = bound.value_or(otherwise);
+    // A tolerance of zero is met exactly on the path's own axes, and by a stop otherwise.
     return std::abs(value) <= kSame_m ? 0.0 : std::abs(value) / std::max(limit, 1e-15);
   };
   const double x_turn = angle_between(X_BT.linear().col(0), X_BT_goal.linear().col(0));

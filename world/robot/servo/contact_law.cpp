@@ -24,6 +24,7 @@ double normal_force(const ContactLaw& law, double depth_m, double closing_speed_
   // Stiffness and damping within the stability of a force that lags by one step.
   const double m = effective_mass(mobility_1_kg);
   const double k = std::min(law.stiffness_n_m, kStiffnessPerStep * m / (step_s * step_s));
+  // Damping ratio zeta: d = 2 zeta sqrt(k m) with zeta = 0.35.
   const double d = std::min(kDampingRatio * std::sqrt(k * m), kDampingPerStep * m / step_s);
   return std::max(0.0, k * depth_m + d * closing_speed_m_s) / points;
 }

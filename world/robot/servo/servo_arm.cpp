@@ -19,8 +19,8 @@ constexpr double kIntegralDecay = 0.9;  ///< per step while saturated
 constexpr int kTripSteps = 2;           ///< one sample may be noise
 constexpr std::size_t kReasonCapacity = 160;
 
-/// A push at the tool that trips no joint, and the share of a drive's torque up to which that
-/// holds: a wrist's drives are weak, and a hand's push must not stop the robot.
+/// Push at the tool that trips no joint, and the largest share of a drive's torque for it: the
+/// drives of a wrist are weak, and the push of a person's hand must not stop the robot.
 constexpr double kBearablePush_n = 60, kMostTripShare = 0.85;
 constexpr double kWristReach_m = 0.65;      ///< joints with less of the arm beyond them are wrist
 constexpr double kTipBeyondCentre_m = 0.1;  ///< of the gripper, beyond its centre of mass
@@ -30,6 +30,7 @@ constexpr double kTipBeyondCentre_m = 0.1;  ///< of the gripper, beyond its cent
 double trip_torque(const ArmModel& model, const Payload& payload, int joint, double fraction) {
   const double most = model.joints[static_cast<std::size_t>(joint)].max_torque_nm;
   double lever = payload.mass_kg > 0 ? payload.com_F.norm() + kTipBeyondCentre_m : 0.0;
+  // Upper bound of the lever: the arm stretched beyond the joint.
   for (std::size_t k = static_cast<std::size_t>(joint) + 1; k < model.joints.size(); ++k) {
     lever += model.joints[k].X_PJ.translation().norm();
   }
@@ -65,7 +66,8 @@ ServoArm::ServoArm(ArmModel model, Payload payload, const Eigen::Vector3d& gravi
 void ServoArm::step(const JointVector& q_ref_next, const JointVector& tau_ext,
                     const JointVector& tau_load) {
   assert(q_ref_next.size() == model_.dof() && tau_ext.size() == model_.dof());
-  if (s_.braked) return hold(q_ref_next);
+  if (s_.braked) return step_braked(q_ref_next);
+  // Computed-torque feedforward with a decentralised servo (Siciliano et al. 2009, sec. 8.4).
   // Velocity and acceleration as this step realises them: a feedforward from them leaves no
   // tracking error.
   const JointVector qd_ref_next = (q_ref_next - s_.q_ref) / step_s_;
@@ -73,6 +75,8 @@ void ServoArm::step(const JointVector& q_ref_next, const JointVector& tau_ext,
   const JointVector feedforward =
       inverse_dynamics(model_, s_.payload, gravity_B_, s_.q_ref, qd_ref_next, qdd_ref);
   const JointVector disturbance = beyond_friction(tau_ext);
+  // In free motion the deviation is exactly zero and its dynamics is skipped: results do not depend
+  // on rounding of a servo that has nothing to do.
   const bool overloaded = (feedforward.array().abs() > s_.limit.array()).any();
   const bool disturbed = (disturbance.array() != 0).any();
 
@@ -96,18 +100,19 @@ void ServoArm::step(const JointVector& q_ref_next, const JointVector& tau_ext,
     s_.qd = s_.qd_ref;
     s_.disturbed_steps = 0;
   }
-  bear(tau_load);
+  add_held_load(tau_load);
 }
 
-/// What the servo has not answered of a load, because it is within friction.
-void ServoArm::bear(const JointVector& tau_load) {
+/// Adds the part of a load within friction, which the servo does not answer.
+void ServoArm::add_held_load(const JointVector& tau_load) {
   if (tau_load.size() == 0 || (tau_load.array() == 0).all()) return;
   const JointVector within = tau_load - beyond_friction(tau_load);
+  // Reported torque only: the arm does not move for it.
   s_.torque = (s_.torque - within).cwiseMax(-s_.limit).cwiseMin(s_.limit);
 }
 
 /// One step with the brakes on: nothing moves, and a deviation stays.
-void ServoArm::hold(const JointVector& q_ref_next) {
+void ServoArm::step_braked(const JointVector& q_ref_next) {
   s_.q_ref = q_ref_next;
   s_.e = s_.q - s_.q_ref;
   s_.deviating = (s_.e.array() != 0).any();
@@ -119,6 +124,8 @@ void ServoArm::hold(const JointVector& q_ref_next) {
 JointVector ServoArm::beyond_friction(const JointVector& tau_ext) const {
   JointVector out(model_.dof());
   for (int i = 0; i < model_.dof(); ++i) {
+    // Static friction of the gears as a dead band: a light touch does not move a strongly geared
+    // joint.
     const double friction = servo_.friction_fraction * max_torque_(i);
     const double excess = std::abs(tau_ext(i)) - friction;
     out(i) = excess > 0 ? std::copysign(excess, tau_ext(i)) : 0.0;
@@ -133,6 +140,8 @@ JointVector ServoArm::return_speed(const JointMatrix& H) const {
   for (int i = 0; i < model_.dof(); ++i) {
     const double distance = std::abs(s_.e(i));
     const double braking = kReturnTorque * s_.limit(i) / H(i, i);
+    // The parabola v^2 = knee^2 + 2 a s and the line v = k s meet where both have about the same
+    // slope.
     const double knee = braking / servo_.position_gain_1_s;
     const double speed =
         std::min({servo_.position_gain_1_s * distance, kReturnSpeed * max_speed_(i),
@@ -147,11 +156,14 @@ void ServoArm::deviate(const JointVector& feedforward, const JointVector& distur
   const JointMatrix H = robot::mass_matrix(model_, s_.payload, s_.q_ref + s_.e);
   const JointVector wanted = return_speed(H);
   // Velocity loop inside a position loop, with integral action; torques saturate.
+  // Cascade control: the position loop sets a speed, the velocity loop with integral action an
+  // acceleration, and H turns it into torques (inverse dynamics of the deviation).
   const JointVector u =
       servo_.velocity_gain_1_s * (wanted - s_.ed - servo_.integral_gain_1_s * s_.integral);
   const JointVector demanded = feedforward + H * u;
   s_.torque = demanded.cwiseMax(-s_.limit).cwiseMin(s_.limit);
   const JointVector net = s_.torque - feedforward + disturbance;
+  // H is positive definite, so that Cholesky applies. Velocity first, then position.
   s_.ed += step_s_ * H.llt().solve(net);
   s_.e += step_s_ * s_.ed;
   // Anti-windup: a saturated joint's integral decays.
@@ -168,6 +180,8 @@ void ServoArm::deviate(const JointVector& feedforward, const JointVector& distur
 void ServoArm::check_trip(const JointVector& feedforward) {
   // A feedforward beyond the limit is the plan's fault and shows as deviation, not as disturbance.
   const JointVector planned = feedforward.cwiseMax(-s_.limit).cwiseMin(s_.limit);
+  // Sensorless collision detection: the drive's torque beyond the model's (De Luca et al. 2006, in
+  // its simplest form).
   const JointVector against = ((s_.torque - planned).cwiseAbs() - s_.applied).cwiseMax(0);
   // The joint with the largest share of its trip torque.
   int worst = 0;
@@ -206,10 +220,10 @@ void ServoArm::relax() {
   s_.qd_ref = s_.qd;
   s_.e = s_.ed = s_.integral = JointVector::Zero(model_.dof());
   s_.deviating = false;
-  forget_trip();
+  clear_trip();
 }
 
-void ServoArm::forget_trip() {
+void ServoArm::clear_trip() {
   s_.disturbed_steps = 0;
   s_.trip_reason.clear();
 }

@@ -26,7 +26,7 @@ struct ServoParameters {
 /// constructor allocates. Thread: sim.
 class ServoArm {
  public:
-  /// All that changes while an arm runs: a copy of it, put back later, continues bit for bit.
+  /// All that changes while an arm runs: a copy that is restored later continues bit for bit.
   struct State {
     JointVector q_ref, qd_ref;    ///< where the reference is and how fast
     JointVector e, ed, integral;  ///< deviation, its speed, integrated speed error
@@ -47,6 +47,13 @@ class ServoArm {
       io(q_ref, qd_ref, e, ed, integral, deviating, disturbed_steps, q, qd, torque, applied, limit,
          braked, payload, trip_reason);
     }
+    template <typename In>
+    void require_valid(In& in) const {
+      for (const JointVector* each :
+           {&q_ref, &qd_ref, &e, &ed, &integral, &q, &qd, &torque, &applied, &limit}) {
+        in.all_joints(each->size());
+      }
+    }
   };
 
   /// `step_s` <= 2 ms keeps the default gains stable. Joint 0 is next to the base.
@@ -54,9 +61,10 @@ class ServoArm {
            const JointVector& q_start, double step_s, ServoParameters servo = {});
 
   /// Advances one step to the reference `q_ref_next`, with external joint torques `tau_ext`
-  /// (J^T w of all contact wrenches on links and tool) as they are at its start. `tau_load` is what
-  /// of them bodies on the tool exert, as a held part by its weight: friction keeps it from moving
-  /// the arm as any other torque, but the drives bear all of it. Empty: none.
+  /// (J^T w of all contact wrenches on links and tool) as they are at its start. `tau_load` is
+  /// the part of them that bodies on the tool exert, such as the weight of a held part. Friction
+  /// keeps it from moving the arm, like any other torque, but the drives bear all of it. Empty:
+  /// none.
   void step(const JointVector& q_ref_next, const JointVector& tau_ext,
             const JointVector& tau_load = {});
 
@@ -65,8 +73,8 @@ class ServoArm {
   /// drives change it within their limits. Used after a trip and by InitRobot, so that a loaded
   /// arm does not snap back.
   void relax();
-  /// As if it had not tripped; the deviation stays.
-  void forget_trip();
+  /// Clears the trip; the deviation stays.
+  void clear_trip();
 
   /// From the next step on.
   void set_payload(const Payload& payload);
@@ -77,7 +85,7 @@ class ServoArm {
   /// From the next step on: share of each drive's highest torque that it can give, above 0.
   void set_torque_share(std::span<const double> share);
 
-  /// From the next step on: whether the brakes hold it, whatever the load, and the drives are off.
+  /// From the next step on: whether the brakes hold the arm under any load, with the drives off.
   void set_braked(bool braked) { s_.braked = braked; }
 
   [[nodiscard]] const State& state() const { return s_; }
@@ -88,14 +96,14 @@ class ServoArm {
   [[nodiscard]] const JointVector& qd() const { return s_.qd; }          ///< actual velocity
   [[nodiscard]] const JointVector& torque() const { return s_.torque; }  ///< of the drives [Nm]
   /// Not empty once a trip condition held: names joint, value and limit. Cleared by relax()
-  /// and forget_trip().
+  /// and clear_trip().
   [[nodiscard]] const std::string& trip_reason() const { return s_.trip_reason; }
 
  private:
   [[nodiscard]] JointVector beyond_friction(const JointVector& tau_ext) const;
-  void bear(const JointVector& tau_load);
+  void add_held_load(const JointVector& tau_load);
   [[nodiscard]] JointVector return_speed(const JointMatrix& H) const;
-  void hold(const JointVector& q_ref_next);
+  void step_braked(const JointVector& q_ref_next);
   void deviate(const JointVector& feedforward, const JointVector& disturbance);
   void check_trip(const JointVector& feedforward);
   void trip(int joint, const char* what, double value, double limit, const char* unit);

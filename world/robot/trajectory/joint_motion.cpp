@@ -17,15 +17,25 @@ ScalarLimits joint_scalar(const JointLimits& limits, int i, double scale) {
 
 }  // namespace
 
+bool JointMotion::has_consistent_sizes() const {
+  const Eigen::Index n = end_.size();
+  const auto fits = [n](const JointLimits& l) {
+    return l.lower.size() == n && l.upper.size() == n && l.speed.size() == n &&
+           l.accel.size() == n && l.jerk.size() == n && (l.lower.array() <= l.upper.array()).all();
+  };
+  return move_.start.size() == n && move_.target.size() == n && delta_.size() == n &&
+         fits(move_.limits) && fits(move_.maximum);
+}
+
 void JointMotion::plan(const JointMove& move) {
   move_ = move;
-  way_ = move.target - move.start;
+  delta_ = move.target - move.start;
   speed_ = 1;
   braking_ = false;
   const bool moving = move.qd.size() > 0;
   if (moving) move_.independent.fill(true);
   plan_shared();
-  for (int i = 0; i < way_.size(); ++i) {
+  for (int i = 0; i < delta_.size(); ++i) {
     if (!independent(i)) continue;
     const ScalarState start{move.start(i), moving ? move.qd(i) : 0, moving ? move.qdd(i) : 0};
     own(i) = DoubleS::to_rest(start, move.target(i), joint_scalar(move.limits, i, move.time_scale));
@@ -33,21 +43,24 @@ void JointMotion::plan(const JointMove& move) {
   restart();
 }
 
-/// Limits of the progress: those of the tool and of each synchronised joint over its way.
+/// Limits of the progress: those of the tool and of each synchronised joint over its distance.
 void JointMotion::plan_shared() {
   const double scale = move_.time_scale;
   ScalarLimits& l = shared_limits_;
+  // Synchronised joints share one progress s(t): q = start + s delta, and the limits divided by
+  // |delta_i| bound s', s'' and s''' (Biagiotti & Melchiorri 2008, ch. 5).
   l = {move_.progress_speed, move_.progress_accel, move_.progress_accel / kJerkTime_s};
   hard_limits_ = {1e9, 1e9, 1e9};
   bool moves = false;
-  for (int i = 0; i < way_.size(); ++i) {
-    const double way = std::abs(way_(i));
-    if (independent(i) || way == 0) continue;
+  for (int i = 0; i < delta_.size(); ++i) {
+    const double delta = std::abs(delta_(i));
+    if (independent(i) || delta == 0) continue;
     moves = true;
     const ScalarLimits joint = joint_scalar(move_.limits, i, 1);
-    l = {std::min(l.v, joint.v / way), std::min(l.a, joint.a / way), std::min(l.j, joint.j / way)};
-    hard_limits_.a = std::min(hard_limits_.a, move_.maximum.accel(i) / way);
-    hard_limits_.j = std::min(hard_limits_.j, move_.maximum.jerk(i) / way);
+    l = {std::min(l.v, joint.v / delta), std::min(l.a, joint.a / delta),
+         std::min(l.j, joint.j / delta)};
+    hard_limits_.a = std::min(hard_limits_.a, move_.maximum.accel(i) / delta);
+    hard_limits_.j = std::min(hard_limits_.j, move_.maximum.jerk(i) / delta);
   }
   // A hard stop has the unscaled limits.
   l = {l.v * scale, l.a * scale * scale, l.j * scale * scale * scale};
@@ -59,11 +72,12 @@ void JointMotion::plan_stop(const JointVector& q, const JointVector& qd, const J
                             const JointLimits& limits) {
   move_ = {.start = q, .target = q, .limits = limits, .maximum = limits};
   move_.independent.fill(true);
-  way_ = JointVector::Zero(q.size());
+  delta_ = JointVector::Zero(q.size());
   shared_ = DoubleS();
   speed_ = 1;
   braking_ = true;
   for (int i = 0; i < q.size(); ++i) {
+    // Every joint stops on its own: the path is given up for the shortest time.
     own(i) = DoubleS::stop({q(i), qd(i), qdd(i)}, joint_scalar(limits, i, 1));
   }
   restart();
@@ -72,7 +86,7 @@ void JointMotion::plan_stop(const JointVector& q, const JointVector& qd, const J
 void JointMotion::brake(Brake how) {
   braking_ = true;
   shared_ = DoubleS::stop(shared_.at(time_), how == Brake::kHard ? hard_limits_ : shared_limits_);
-  for (int i = 0; i < way_.size(); ++i) {
+  for (int i = 0; i < delta_.size(); ++i) {
     if (!independent(i)) continue;
     const ScalarLimits limits = how == Brake::kHard
                                     ? joint_scalar(move_.maximum, i, 1)
@@ -85,15 +99,18 @@ void JointMotion::brake(Brake how) {
 void JointMotion::set_speed(double fraction) {
   if (braking_ || fraction == speed_) return;
   speed_ = fraction;
-  // A new profile from the present state, to the end or, at 0, to rest.
+  // A new profile from the present state: to the end, or to rest at fraction 0.
   const auto again = [&](const DoubleS& profile, double end, ScalarLimits limits) {
-    if (profile.duration() == 0 && profile.end() == end) return profile;  // a joint without way
+    if (profile.duration() == 0 && profile.end() == end)
+      return profile;  // a joint that does not move
+    // The override scales the speed only; accelerations stay, so that a change of override is
+    // itself smooth.
     limits.v *= fraction;
     const ScalarState here = profile.at(time_);
     return fraction > 0 ? DoubleS::to_rest(here, end, limits) : DoubleS::stop(here, limits);
   };
   if (any_synchronised_) shared_ = again(shared_, 1, shared_limits_);
-  for (int i = 0; i < way_.size(); ++i) {
+  for (int i = 0; i < delta_.size(); ++i) {
     if (!independent(i)) continue;
     own(i) = again(own(i), move_.target(i), joint_scalar(move_.limits, i, move_.time_scale));
   }
@@ -107,14 +124,14 @@ void JointMotion::restart() {
   duration_ = 0;
   end_ = move_.target;
   bool shared = false;
-  for (int i = 0; i < way_.size(); ++i) {
+  for (int i = 0; i < delta_.size(); ++i) {
     if (independent(i)) {
       // A stop may end beyond a joint's range by its braking distance.
       end_(i) = std::clamp(own(i).end(), move_.limits.lower(i), move_.limits.upper(i));
       duration_ = std::max(duration_, own(i).duration());
-    } else if (way_(i) != 0) {
+    } else if (delta_(i) != 0) {
       shared = true;
-      if (shared_.end() != 1) end_(i) = move_.start(i) + way_(i) * shared_.end();
+      if (shared_.end() != 1) end_(i) = move_.start(i) + delta_(i) * shared_.end();
     }
   }
   if (shared) duration_ = std::max(duration_, shared_.duration());
@@ -125,12 +142,12 @@ void JointMotion::at(double t, JointVector& q) const {
   q = end_;
   const bool shared_runs = t < shared_.duration();
   const double share = shared_.at(t).s;
-  for (int i = 0; i < way_.size(); ++i) {
+  for (int i = 0; i < delta_.size(); ++i) {
     if (independent(i)) {
       if (t >= own(i).duration()) continue;
       q(i) = std::clamp(own(i).at(t).s, move_.limits.lower(i), move_.limits.upper(i));
     } else if (shared_runs) {
-      q(i) = move_.start(i) + way_(i) * share;
+      q(i) = move_.start(i) + delta_(i) * share;
     }
   }
 }
@@ -139,7 +156,7 @@ double JointMotion::beyond_range() const {
   // A synchronised joint stays between its ends.
   constexpr int kSamples = 64;
   double beyond = 0;
-  for (int i = 0; i < way_.size(); ++i) {
+  for (int i = 0; i < delta_.size(); ++i) {
     if (!independent(i)) continue;
     for (int k = 1; k < kSamples; ++k) {
       const double q = own(i).at(own(i).duration() * k / kSamples).s;
@@ -150,6 +167,7 @@ double JointMotion::beyond_range() const {
 }
 
 bool JointMotion::advance(double dt, JointVector& q) {
+  // Time from a count of steps: rounding does not add up.
   time_ = static_cast<double>(++steps_) * dt;
   at(time_, q);
   return time_ >= duration_ && (speed_ > 0 || braking_);

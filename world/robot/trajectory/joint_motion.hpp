@@ -13,6 +13,8 @@ enum class Brake {
   kSet,   ///< with the deceleration the motion was planned with
   kHard,  ///< at the joints' limits
 };
+/// For checks of states (world/archive).
+[[nodiscard]] constexpr Brake last_of(Brake) { return Brake::kHard; }
 
 /// Task of a joint motion.
 struct JointMove {
@@ -62,14 +64,20 @@ class JointMotion {
   [[nodiscard]] const JointMove& move() const { return move_; }
   [[nodiscard]] const JointVector& end() const { return end_; }
   [[nodiscard]] double duration() const { return duration_; }
+  [[nodiscard]] bool is_planned() const { return end_.size() > 0; }
 
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
-    auto& [move, way, shared, shared_limits, hard_limits, own, end, steps, time, duration, speed,
+    auto& [move, delta, shared, shared_limits, hard_limits, own, end, steps, time, duration, speed,
            braking, any_synchronised] = self;
-    io(move, way, shared, shared_limits, hard_limits, own, end, steps, time, duration, speed,
+    io(move, delta, shared, shared_limits, hard_limits, own, end, steps, time, duration, speed,
        braking, any_synchronised);
+  }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.require(!is_planned() || has_consistent_sizes(), "an incomplete motion of joints");
+    in.require(steps_ >= 0 && speed_ >= 0 && speed_ <= 1, "a speed override beyond 0 to 1");
   }
 
  private:
@@ -82,9 +90,11 @@ class JointMotion {
   }
   void plan_shared();
   void restart();
+  /// Whether all vectors that advancing needs have the size of end().
+  [[nodiscard]] bool has_consistent_sizes() const;
 
   JointMove move_;
-  JointVector way_;
+  JointVector delta_;
   DoubleS shared_;  ///< progress of the synchronised joints, 0 .. 1
   ScalarLimits shared_limits_, hard_limits_;
   std::array<DoubleS, kMaxDof> own_;

@@ -43,6 +43,10 @@ class Motion {
                       motion_);
   }
 
+  [[nodiscard]] bool is_planned() const {
+    return std::visit([](const auto& motion) { return motion.is_planned(); }, motion_);
+  }
+
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {

@@ -13,7 +13,7 @@ struct JointState {
 };
 
 /// Gives the reference of each step: runs one motion, and the next one where that has come to rest.
-/// A copyable value, cheap to copy: a copy that is advanced tells where the robot will be. Never
+/// A copyable value, cheap to copy: advancing a copy predicts where the robot will be. Never
 /// allocates. Thread: any, one at a time.
 class MotionRunner {
  public:
@@ -36,11 +36,11 @@ class MotionRunner {
 
   /// The reference is `q` from now on, at the velocity that it has.
   void shift_to(const JointVector& q);
-  /// The reference is `q`, at rest; nothing runs any more.
-  void stand_at(const JointVector& q);
+  /// Sets the reference to `q`, at rest, and drops all motions.
+  void set_at_rest(const JointVector& q);
 
   [[nodiscard]] const JointVector& reference() const { return reference_; }
-  /// For joints that something else moves.
+  /// Writable for joints in torque mode.
   [[nodiscard]] JointVector& reference() { return reference_; }
   [[nodiscard]] const JointVector& last_reference() const { return last_reference_; }
   /// Backward differences; the velocity is extrapolated by half a step to the reference itself.
@@ -62,6 +62,14 @@ class MotionRunner {
     auto& [motion, next, running, has_next, braking, reference, last_reference,
            second_last_reference] = self;
     io(motion, next, running, has_next, braking, reference, last_reference, second_last_reference);
+  }
+  template <typename In>
+  void require_valid(In& in) const {
+    for (const JointVector* each : {&reference_, &last_reference_, &second_last_reference_}) {
+      in.all_joints(each->size());
+    }
+    in.require((!running_ || motion_.is_planned()) && (!has_next_ || next_.is_planned()),
+               "a motion that is not planned");
   }
 
  private:
@@ -122,7 +130,7 @@ inline void MotionRunner::shift_to(const JointVector& q) {
   second_last_reference_ += shift;
 }
 
-inline void MotionRunner::stand_at(const JointVector& q) {
+inline void MotionRunner::set_at_rest(const JointVector& q) {
   running_ = has_next_ = false;
   reference_ = last_reference_ = second_last_reference_ = q;
 }

@@ -31,13 +31,19 @@ class MotionPlan {
     auto& [all] = self;
     io(all);
   }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.require(!motions_.empty(), "a plan without motions");
+    for (const Motion& motion : motions_)
+      in.require(motion.is_planned(), "a motion without a plan");
+  }
 
  private:
   std::vector<Motion> motions_;
 };
 
-/// Runs the motions of a plan, or a single one. A copyable value of a few kilobytes, whatever was
-/// planned: copies share the plan. Never allocates. Thread: any, one at a time.
+/// Runs the motions of a plan, or a single one. A copyable value of a few kilobytes for any plan,
+/// since copies share it. Never allocates. Thread: any, one at a time.
 class MotionSequence {
  public:
   MotionSequence() = default;
@@ -64,6 +70,7 @@ class MotionSequence {
     motion_.set_speed(fraction);
   }
   [[nodiscard]] const JointVector& end() const { return left_ > 0 ? plan_->end() : motion_.end(); }
+  [[nodiscard]] bool is_planned() const { return motion_.is_planned(); }
   /// Adds what copies share.
   void list(SharedParts& parts) const {
     if (plan_) plan_->list(parts);

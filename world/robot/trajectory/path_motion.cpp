@@ -13,13 +13,13 @@ namespace {
 constexpr double kRests_m = 1e-9, kRests_rad = 1e-9;
 /// Spacing of the elbow turns to try when the kept and the chosen elbow angle fail.
 constexpr double kElbowSpacing = std::numbers::pi / 12;
-/// Numbers of elbow angles of a search over all postures, the quicker one first; the steps that
-/// may turn out to be none; and how much their way is smoothed, most first.
+/// Numbers of elbow angles of a search over all postures, the quicker one first; the largest number
+/// of excluded steps; and smoothing rounds of the guide, most first.
 constexpr std::array kElbowAngles{72, 180};
 constexpr int kMostForbidden = 6;
 constexpr std::array kSmoothings{12, 3, 0};
-/// A redundant arm that slows the tool down by more than this, and loses so much time by it, looks
-/// for other postures, and takes them where they save so much.
+/// A redundant arm that slows the tool down by more than kSlowed and loses more than kLost_s
+/// searches other postures. They are used if the duration falls below the share kWorthwhile.
 constexpr double kSlowed = 1.5, kLost_s = 1, kWorthwhile = 0.8;
 
 IkPath::Route route(const ArmGeometry& arm, const JointVector& start, double elbow_turn_rad) {
@@ -85,6 +85,8 @@ Result<void> PathMotion::plan(const ArmGeometry& arm, const PathMove& move) {
   } else if (auto ok = find_branch(arm, move); !ok) {
     return ok;
   }
+  // The path's geometry is fixed first; timing then follows from derivatives of the joints along
+  // it.
   path_->limits = choose_limits(arm, move);
   if (!path_->in_joint_space) prefer_quicker_postures(arm, move);
   set_time_scale(1);
@@ -105,6 +107,8 @@ PathLimits PathMotion::choose_limits(const ArmGeometry& arm, const PathMove& mov
 void PathMotion::prefer_quicker_postures(const ArmGeometry& arm, const PathMove& move) {
   if (arm.model.dof() <= 6 || in_self_motion_) return;
   const auto duration = [](const PathLimits& limits) {
+    // Durations of whole profiles are compared, because a local slowdown costs little on a long
+    // line.
     return DoubleS::to_rest({0, 0, 0}, limits.scaling().length(), limits.planned()).duration();
   };
   const double slowed = path_->limits.scaling().length();
@@ -123,12 +127,14 @@ void PathMotion::prefer_quicker_postures(const ArmGeometry& arm, const PathMove&
   path_->ik = first;
 }
 
-/// The elbow angle stays; else it turns to where the end pose suits it best; else to the nearest
-/// angle with which the whole path is feasible.
+/// Keeps the elbow angle if possible. Else it changes along the path to the best one for the end
+/// pose, or to the nearest one with which the whole path is feasible.
 Result<void> PathMotion::find_branch(const ArmGeometry& arm, const PathMove& move) {
   // The present elbow angle.
   const Result<void> first = path_->ik.trace(arm, route(arm, move.start, 0));
   if (first) return {};
+  // Example: a stretched wrist whose first and last axis coincide. The sum of both angles is given,
+  // their difference is free.
   // From a singular start by a self-motion.
   if (path_->ik.singular_start()) {
     const JointVector required = path_->ik.required_start();
@@ -145,6 +151,8 @@ Result<void> PathMotion::find_branch(const ArmGeometry& arm, const PathMove& mov
   if (arm.model.dof() <= 6) return first;
   const double best = std::remainder(*chosen - arm.ik.elbow_of(move.start), 2 * std::numbers::pi);
   if (try_elbow_turn(arm, move.start, best)) return {};
+  // Turns are tried in order of size, and both directions, so that the least change of the elbow
+  // wins.
   for (double turn = kElbowSpacing; turn < std::numbers::pi; turn += kElbowSpacing) {
     if (try_elbow_turn(arm, move.start, turn) || try_elbow_turn(arm, move.start, -turn)) return {};
   }
@@ -152,7 +160,7 @@ Result<void> PathMotion::find_branch(const ArmGeometry& arm, const PathMove& mov
   return first;
 }
 
-/// Any elbow angle, branch and full turn anywhere on the path.
+/// Tries any elbow angle, branch and full turn anywhere on the path.
 bool PathMotion::try_all_postures(const ArmGeometry& arm, const JointVector& start) {
   for (const int elbow_angles : kElbowAngles) {
     PostureSearch search(arm, path_->ik.tool(), path_->ik.X_TF());
@@ -160,28 +168,30 @@ bool PathMotion::try_all_postures(const ArmGeometry& arm, const JointVector& sta
       const std::vector<JointVector> postures = search.find(start, elbow_angles);
       if (postures.empty()) break;
       if (try_guide(arm, postures)) return true;
+      // The graph is coarse: a step that is feasible at its ends may pass a limit between them. It
+      // is then excluded and the search repeated.
       search.forbid(path_->ik.reached());
     }
   }
   return false;
 }
 
-/// As smoothly as the limits allow.
+/// Traces the path along a guide, as smoothly as the limits allow.
 bool PathMotion::try_guide(const ArmGeometry& arm, std::span<const JointVector> postures) {
   for (const int smoothings : kSmoothings) {
-    const IkPath::Route way{.start = postures.front(), .guide = {postures, smoothings}};
-    if (path_->ik.trace(arm, way)) return true;
+    const IkPath::Route guided{.start = postures.front(), .guide = {postures, smoothings}};
+    if (path_->ik.trace(arm, guided)) return true;
   }
   return false;
 }
 
 bool PathMotion::try_elbow_turn(const ArmGeometry& arm, const JointVector& start,
                                 double elbow_turn_rad) {
-  const IkPath::Route way = route(arm, start, elbow_turn_rad);
-  return path_->ik.seems_feasible(arm, way) && path_->ik.trace(arm, way);
+  const IkPath::Route turned = route(arm, start, elbow_turn_rad);
+  return path_->ik.seems_feasible(arm, turned) && path_->ik.trace(arm, turned);
 }
 
-/// At a moderate speed: the tool's limits say nothing about a motion that leaves it at rest.
+/// Moderate speed: the tool's limits do not bound a motion in which the tool rests.
 void PathMotion::plan_self_motion(const PathMove& move, const JointVector& target) {
   constexpr double kSelfMotionScale = 0.25;
   self_motion_.plan({.start = move.start,
@@ -204,6 +214,7 @@ void PathMotion::restart(const DoubleS& profile) {
 ScalarLimits PathMotion::limits_now() const {
   const ScalarLimits& planned = path_->limits.planned();
   const double c = time_scale_;
+  // Scaling of time by c scales the derivatives by c, c^2 and c^3.
   return {planned.v * c * speed_, planned.a * c * c, planned.j * c * c * c};
 }
 

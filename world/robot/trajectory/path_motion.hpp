@@ -41,6 +41,7 @@ class PathMotion {
   [[nodiscard]] JointVector approximate_at(double t) const;
   [[nodiscard]] const JointVector& end() const { return end_; }
   [[nodiscard]] double duration() const { return profile_.duration(); }
+  [[nodiscard]] bool is_planned() const { return path_ != nullptr && end_.size() > 0; }
   /// Adds what copies share: the path.
   void list(SharedParts& parts) const;
 
@@ -50,6 +51,13 @@ class PathMotion {
     auto& [path, time_scale, speed, braking, profile, end, self_motion, in_self_motion, steps,
            time] = self;
     io(path, time_scale, speed, braking, profile, end, self_motion, in_self_motion, steps, time);
+  }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.require(!in_self_motion_ || self_motion_.is_planned(), "a self-motion without a plan");
+    in.require(time_scale_ > 0 && time_scale_ <= 1 && speed_ >= 0 && speed_ <= 1 && steps_ >= 0,
+               "a speed override beyond 0 to 1");
+    if (path_) in.all_joints(end_.size());
   }
 
  private:
@@ -67,7 +75,7 @@ class PathMotion {
   [[nodiscard]] ScalarLimits limits_now() const;
   void restart(const DoubleS& profile);
 
-  /// What planning finds; it does not change any more once the motion runs.
+  /// Result of planning; constant once the motion runs.
   struct Path {
     bool in_joint_space = false;
     IkPath ik;
@@ -80,6 +88,12 @@ class PathMotion {
     static void fields(Self& self, Io& io) {
       auto& [in_joint_space, ik, X_FT, joint, joint_samples, limits] = self;
       io(in_joint_space, ik, X_FT, joint, joint_samples, limits);
+    }
+    template <typename In>
+    void require_valid(In& in) const {
+      in.require(in_joint_space ? joint.is_complete() && !joint_samples.empty() : ik.is_complete(),
+                 "an incomplete path");
+      for (const PathSample& sample : joint_samples) in.all_joints(sample.q.size());
     }
   };
 

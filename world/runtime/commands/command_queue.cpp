@@ -1,36 +1,23 @@
 #include "world/runtime/commands/command_queue.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <string>
 #include <utility>
 #include <variant>
 
+#include "world/api/commands/stop_command.hpp"
+
 namespace aprsim::world {
 namespace {
 
-/// Places beyond the capacity, for stops. No two of them are the same.
+/// Memory reserved for stops beyond the capacity.
 constexpr std::size_t kStops = 64;
 /// Each endpoint has 1/kOwnPart of the capacity beyond it. Memory for kEndpoints of them is
 /// reserved at construction.
 constexpr std::size_t kOwnPart = 16, kEndpoints = 8;
 /// Slow commands that may wait at once, so that a stop behind them takes effect soon.
 constexpr std::ptrdiff_t kMostSlow = 4;
-
-const api::StopMotion* stop_of(const api::RobotCommand& command) {
-  return std::get_if<api::StopMotion>(&command.action);
-}
-
-bool is_stop(const api::ConveyorCommand& belt) {
-  const bool stops = belt.run == false || belt.emergency_stop == true;
-  return stops && belt.run != true && belt.emergency_stop != false && !belt.fault_reset;
-}
-
-bool is_stop(const api::Command& command) {
-  if (const auto* robot = std::get_if<api::RobotCommand>(&command.body)) return stop_of(*robot);
-  if (const auto* belt = std::get_if<api::ConveyorCommand>(&command.body)) return is_stop(*belt);
-  const auto* simulation = std::get_if<api::SimulationCommand>(&command.body);
-  return simulation && std::holds_alternative<api::Pause>(*simulation);
-}
 
 /// Whether the command takes as long as many steps.
 bool is_slow(const api::Command& command) {
@@ -41,18 +28,28 @@ bool is_slow(const api::Command& command) {
                         std::holds_alternative<api::LoadState>(*simulation));
 }
 
-/// Whether one of two stops is enough, regardless of their senders.
+/// Whether the later one of two stops does what both would do, regardless of their senders.
 bool same_stop(const api::Command& a, const api::Command& b) {
-  if (a.body.index() != b.body.index() || !is_stop(a)) return false;
+  if (a.body.index() != b.body.index() || !api::is_stop(a)) return false;
   if (const auto* robot = std::get_if<api::RobotCommand>(&a.body)) {
     const auto& other = std::get<api::RobotCommand>(b.body);
-    const api::StopMotion* stop = stop_of(other);
-    return stop && robot->robot == other.robot && stop_of(*robot)->kind == stop->kind;
+    return robot->robot == other.robot && std::get<api::StopMotion>(robot->action).kind ==
+                                              std::get<api::StopMotion>(other.action).kind;
   }
   if (const auto* belt = std::get_if<api::ConveyorCommand>(&a.body)) {
     return *belt == std::get<api::ConveyorCommand>(b.body);
   }
   return true;
+}
+
+/// A stop of the belt that does what two do, one right after the other.
+api::ConveyorCommand merged(const api::ConveyorCommand& earlier, api::ConveyorCommand later) {
+  if (!later.run) later.run = earlier.run;
+  if (!later.forward) later.forward = earlier.forward;
+  if (!later.speed_m_s) later.speed_m_s = earlier.speed_m_s;
+  if (!later.emergency_stop) later.emergency_stop = earlier.emergency_stop;
+  if (!later.watchdog_s) later.watchdog_s = earlier.watchdog_s;
+  return later;
 }
 
 }  // namespace
@@ -69,11 +66,10 @@ std::size_t CommandQueue::own_places() const { return capacity_ / kOwnPart; }
 Result<api::Ticket> CommandQueue::push(api::Command command) {
   const std::lock_guard lock(mutex_);
   if (closed_) return fail(ErrorCode::kUnavailable, "simulation", "the simulation has ended");
-  if (queue_.size() >= capacity_ && is_stop(command)) drop_same_stop(command);
+  const bool stop = api::is_stop(command);
+  if (stop && queue_.size() >= capacity_) merge_stops(command);
   Share& share = share_of(command.endpoint);
-  const std::size_t stops = is_stop(command) ? shares_.size() * own_places() + kStops : 0;
-  const bool full = queue_.size() >= capacity_ + stops;
-  if (full && share.waiting >= own_places()) {
+  if (!stop && queue_.size() >= capacity_ && share.waiting >= own_places()) {
     return fail(ErrorCode::kUnavailable, "command queue",
                 std::to_string(capacity_) + " commands wait already; try again later");
   }
@@ -104,13 +100,26 @@ std::size_t CommandQueue::size() const {
   return queue_.size();
 }
 
-/// The same stop, later, does what the earlier one would do: both act between the same two steps.
-void CommandQueue::drop_same_stop(const api::Command& stop) {
+/// All of them act between the same two steps, so the last one of equal stops is enough. Between
+/// two stops that stay there is another command, hence stops are as bounded as these.
+void CommandQueue::merge_stops(api::Command& stop) {
+  const auto drop = [this](const QueuedCommand& queued) {
+    --share_of(queued.command.endpoint).waiting;
+  };
   std::erase_if(queue_, [&](const QueuedCommand& queued) {
-    const bool drop = is_stop(queued.command) && same_stop(queued.command, stop);
-    if (drop) --share_of(queued.command.endpoint).waiting;
-    return drop;
+    const bool same = same_stop(queued.command, stop);
+    if (same) drop(queued);
+    return same;
   });
+  auto* const belt = std::get_if<api::ConveyorCommand>(&stop.body);
+  if (belt == nullptr) return;
+  const auto last = std::find_if(queue_.rbegin(), queue_.rend(), [](const QueuedCommand& queued) {
+    return std::holds_alternative<api::ConveyorCommand>(queued.command.body);
+  });
+  if (last == queue_.rend() || !api::is_stop(last->command)) return;
+  *belt = merged(std::get<api::ConveyorCommand>(last->command.body), *belt);
+  drop(*last);
+  queue_.erase(std::next(last).base());
 }
 
 CommandQueue::Share& CommandQueue::share_of(api::EndpointId endpoint) {

@@ -19,15 +19,16 @@ struct QueuedCommand {
 };
 
 /// Bounded queue from any thread to the simulation thread. The lock is held for a push or a swap of
-/// two vectors, never across I/O. Stops of a robot, of the belt and of the simulation have extra
-/// room: a queue that is full of other commands still accepts them, in order. Each endpoint has
-/// extra room, too, a sixteenth of the capacity, which no other endpoint can fill. Only few slow
-/// commands (resets, saves, loads, changes of the scene) may wait at once.
+/// two vectors, never across I/O. A stop (api::is_stop) is accepted however full the queue is;
+/// once it is full, stops that do the same are merged. Each endpoint has extra room, a sixteenth of
+/// the capacity, which no other endpoint can fill. At most 4 slow commands (resets, saves, loads,
+/// changes of the scene) may wait at once.
 class CommandQueue {
  public:
   explicit CommandQueue(std::size_t capacity);
 
-  /// Numbers and queues a command; kUnavailable when full or closed. Thread: any.
+  /// Numbers and queues a command; kUnavailable when closed, or full and it is no stop. Thread:
+  /// any.
   [[nodiscard]] Result<api::Ticket> push(api::Command command);
 
   /// Moves everything queued into `out`, which is cleared first. Thread: sim.
@@ -57,7 +58,8 @@ class CommandQueue {
     std::size_t waiting = 0;
   };
 
-  void drop_same_stop(const api::Command& stop);
+  /// Drops the stops that `stop` makes superfluous, and takes the belt's settings over from them.
+  void merge_stops(api::Command& stop);
   [[nodiscard]] Share& share_of(api::EndpointId endpoint);
   /// Extra room of each endpoint.
   [[nodiscard]] std::size_t own_places() const;

@@ -85,6 +85,18 @@ void HistoryRecords::reach(RunTime time) {
   grow(time);
 }
 
+void HistoryRecords::drop_older_half() {
+  std::vector<Segment> dropped;  // freed without the lock
+  const std::lock_guard lock(mutex_);
+  const std::size_t half = segments_.size() / 2;
+  dropped.reserve(half);
+  for (std::size_t i = 0; i < half; ++i) {
+    bytes_ -= segments_.front().bytes;
+    dropped.push_back(std::move(segments_.front()));
+    segments_.pop_front();
+  }
+}
+
 void HistoryRecords::grow(RunTime time) {
   if (segments_.empty()) return;
   Segment& last = segments_.back();

@@ -57,6 +57,8 @@ class HistoryRecords final : public Recorder {
   // ---- Thread: any
   /// The run has got at least that far.
   void reach(RunTime time);
+  /// Drops the older half of what is kept, where the process runs short of memory.
+  void drop_older_half();
   /// Without their times.
   [[nodiscard]] std::vector<api::HistorySpan> spans() const;
   /// Null when the moment is not kept.

@@ -11,9 +11,7 @@
 namespace aprsim::world {
 namespace {
 
-/// Beside states of the records: of moments that were worked out on the way.
-constexpr std::uint64_t kStateBytes = std::uint64_t{48} << 20;
-/// From one of them to the next: a step back takes as many steps at most.
+/// From one kept state to the next: a step back takes as many steps at most.
 constexpr std::uint64_t kStateSteps = 200;
 /// Against 0 of the daemon's other threads. The lowest would starve whoever looks at the past of a
 /// busy machine; this one gets a tenth of what they do where there is not enough for all.
@@ -28,13 +26,14 @@ Error not_kept(api::Moment moment) {
 }  // namespace
 
 TimeMachine::TimeMachine(std::shared_ptr<const scene::Scene> scene, HistoryRecords& records,
-                         Bookmarks& bookmarks, const api::SnapshotSource* run)
+                         Bookmarks& bookmarks, const api::SnapshotSource* run,
+                         std::uint64_t max_state_bytes)
     : scene_(std::move(scene)),
       records_(records),
       bookmarks_(bookmarks),
       run_(run),
       step_size_(std::llround(scene_->physics.step_s * 1e9)),
-      states_(kStateBytes) {
+      states_(max_state_bytes) {
   thread_ = std::jthread([this](const std::stop_token& stop) { this->run(stop); });
 }
 

@@ -26,9 +26,11 @@ class TimeMachine final : public api::History {
   /// Moments that may wait to be computed at once.
   static constexpr std::size_t kMaxWaiting = 64;
 
-  /// `run`: how far the run has got; null = as far as the records say. All outlive the machine.
+  /// `max_state_bytes`: of the states that it keeps for queries nearby. `run`: how far the run has
+  /// got; null = as far as the records say. All outlive the machine.
   TimeMachine(std::shared_ptr<const scene::Scene> scene, HistoryRecords& records,
-              Bookmarks& bookmarks, const api::SnapshotSource* run);
+              Bookmarks& bookmarks, const api::SnapshotSource* run,
+              std::uint64_t max_state_bytes = std::uint64_t{48} << 20);
   ~TimeMachine() override;
   TimeMachine(const TimeMachine&) = delete;
   TimeMachine& operator=(const TimeMachine&) = delete;

@@ -1,26 +1,28 @@
 #include "world/runtime/publish/event_log.hpp"
 
 #include <algorithm>
-#include <utility>
+#include <memory>
+#include <string>
+#include <string_view>
 
 namespace aprsim::world {
 namespace {
 
 /// Copied while the simulation may have to wait for it.
 constexpr std::size_t kMostAtOnce = 256;
+/// Memory of an event on average, and of the smallest log.
+constexpr std::size_t kEventBytes = 256, kLeastBytes = std::size_t{64} << 10;
 
 }  // namespace
 
+EventLog::EventLog(std::size_t capacity)
+    : kept_(capacity, std::max(kLeastBytes, capacity * kEventBytes)) {}
+
 void EventLog::add(std::vector<api::CellEventPtr> events) {
   if (events.empty()) return;
-  std::vector<api::CellEventPtr> old;  // let go outside the lock
   {
     const std::lock_guard lock(mutex_);
-    for (auto& event : events) kept_.push_back(std::move(event));
-    while (kept_.size() > capacity_) {
-      old.push_back(std::move(kept_.front()));
-      kept_.pop_front();
-    }
+    for (const auto& event : events) kept_.push(*event);
   }
   added_.notify_all();
 }
@@ -28,14 +30,28 @@ void EventLog::add(std::vector<api::CellEventPtr> events) {
 EventLog::Batch EventLog::after(std::uint64_t after, std::size_t most) const {
   Batch batch;
   const std::size_t limit = std::min(most, kMostAtOnce);
-  batch.events.reserve(limit);
-  const std::lock_guard lock(mutex_);
-  if (kept_.empty()) return batch;
-  batch.oldest = kept_.front()->sequence;
-  batch.latest = kept_.back()->sequence;
-  const std::uint64_t skipped = after < batch.oldest ? 0 : after - batch.oldest + 1;
-  for (std::uint64_t i = skipped; i < kept_.size() && batch.events.size() < limit; ++i) {
-    batch.events.push_back(kept_[i]);
+  std::string bytes;
+  std::vector<std::size_t> sizes;
+  sizes.reserve(limit);
+  bytes.reserve(limit * kEventBytes);
+  {
+    const std::lock_guard lock(mutex_);
+    if (kept_.size() == 0) return batch;
+    batch.oldest = kept_.sequence(0);
+    batch.latest = kept_.sequence(kept_.size() - 1);
+    const std::uint64_t skipped = after < batch.oldest ? 0 : after - batch.oldest + 1;
+    for (std::uint64_t i = skipped; i < kept_.size() && sizes.size() < limit; ++i) {
+      const std::string_view event = kept_.bytes(i);
+      bytes.append(event);
+      sizes.push_back(event.size());
+    }
+  }
+  batch.events.reserve(sizes.size());
+  std::string_view rest = bytes;
+  for (const std::size_t size : sizes) {
+    batch.events.push_back(
+        std::make_shared<const api::CellEvent>(EventRing::decode(rest.substr(0, size))));
+    rest.remove_prefix(size);
   }
   return batch;
 }
@@ -44,7 +60,12 @@ void EventLog::wait_after(std::uint64_t after,
                           std::chrono::steady_clock::time_point deadline) const {
   std::unique_lock lock(mutex_);
   added_.wait_until(lock, deadline,
-                    [&] { return !kept_.empty() && kept_.back()->sequence > after; });
+                    [&] { return kept_.size() > 0 && kept_.sequence(kept_.size() - 1) > after; });
+}
+
+std::size_t EventLog::memory() const {
+  const std::lock_guard lock(mutex_);
+  return kept_.memory();
 }
 
 }  // namespace aprsim::world

@@ -16,7 +16,7 @@ std::unique_ptr<VirtualClock> make_clock(std::optional<VirtualTimeOptions> optio
   return std::make_unique<VirtualClock>(*std::move(options), step, std::move(wake));
 }
 
-/// Whether wall time before a successful command no longer counts.
+/// Whether the pace counts wall time from a successful command on.
 bool restarts_time(const api::SimulationCommand& command) {
   return std::holds_alternative<api::Resume>(command) ||
          std::holds_alternative<api::RunUntil>(command) ||

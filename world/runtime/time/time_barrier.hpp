@@ -13,8 +13,8 @@
 namespace aprsim::world {
 
 /// A conservative barrier: virtual time goes no further than every member has requested. Counts
-/// steps from the start, over all resets. The wall clock is passed in, and only decides which
-/// silent clients are no longer waited for. Thread: one at a time.
+/// steps from the start, over all resets. The wall clock is passed in, and only decides when to
+/// stop waiting for a silent client. Thread: one at a time.
 ///
 /// With declared roles, time begins when all of them are present, and stops while one is absent. It
 /// never falls back to the wall clock. Without declared roles, every client that joins paces.

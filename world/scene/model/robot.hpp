@@ -63,11 +63,11 @@ struct Gripper {
   std::optional<VacuumCup> cup;
 };
 
-/// What couples a tool to the flange: a plate that a pneumatic lock holds, or releases.
+/// Tool changer: a plate on the flange whose pneumatic lock holds or releases a tool.
 struct ToolChanger {
   /// Frame of the coupling in the flange, z along the approach; none: see coupling_of().
   std::optional<Pose> X_FQ;
-  double mass_kg = 0;         ///< of what stays on the flange without a tool
+  double mass_kg = 0;         ///< of the part that stays on the flange
   double time_s = 0.2;        ///< from the valve to the lock's end position
   double capture_m = 3e-3;    ///< how far off the lock draws a tool in
   double capture_rad = 0.05;  ///< how far turned
@@ -84,7 +84,8 @@ struct Robot {
   /// none = T of the tool that is on, and the flange's own while none is.
   std::optional<Pose> tool_point_F;
   std::vector<api::WireJoint> crcl_joints;  ///< as CRCL counts them; empty = as the model does
-  std::vector<std::string> gripper_names;   ///< under which CRCL knows its gripper, too
+  bool clamps_targets = false;  ///< targets of CRCL beyond its limits; else they are refused
+  std::vector<std::string> gripper_names;  ///< under which CRCL knows its gripper, too
   std::vector<double> home_rad;
   bool self_collision = true;
   double max_trans_speed_m_s = 1.5, max_trans_accel_m_s2 = 5;

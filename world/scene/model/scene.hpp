@@ -65,9 +65,9 @@ struct Physics {
   SurfacePairs friction = kUsualFriction;
   SurfacePairs restitution;            ///< share of the speed of approach that an impact gives back
   SurfacePairs rolling_m, spinning_m;  ///< torque across and about the normal, per normal force
-  /// What contacts may be off by, in velocity, when a step ends; those of driven bodies, such as
-  /// fingers, are solved to 1e-8 m/s whatever it says; a step that drags on is content with 3e-5
-  /// m/s. A greater one is quicker and coarser.
+  /// Residual of the contacts at the end of a step, in velocity. Those of driven bodies, such as
+  /// fingers, are always solved to 1e-8 m/s; a step that converges slowly ends at 3e-5 m/s. A
+  /// larger value is faster and coarser.
   double residual_m_s = 1e-8;
   Simplification simplification = Simplification::kDormant;
   double simplify_speed_m_s = 1e-3;  ///< e1 of Algorithm 1
@@ -78,7 +78,8 @@ struct Physics {
 struct Scene {
   std::string name;
   std::string file;
-  std::string text;  ///< that it was read from, with its types; empty = it was made otherwise
+  std::string text;  ///< YAML, with the types of other files; empty = made without a text
+  std::vector<std::string> type_files;  ///< absolute paths of the files of types that it names
   std::uint64_t seed = 1;
   Physics physics;
   std::map<std::string, GearType> gear_types;

@@ -28,7 +28,7 @@ struct Tool {
 /// Those that the scene lists, then one for each robot that has no tool from that list.
 [[nodiscard]] std::vector<Tool> tools_of(const Scene& scene);
 
-/// What is on each robot's flange at the start: index of a tool, -1 = nothing.
+/// The tool on each robot's flange at the start: its index, -1 = none.
 [[nodiscard]] std::vector<int> tools_at_start(const Scene& scene);
 
 }  // namespace aprsim::scene

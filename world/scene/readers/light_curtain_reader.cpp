@@ -6,7 +6,7 @@
 namespace aprsim::scene {
 namespace {
 
-constexpr double kBeamRadius = 1e-6;  ///< of the solid that stands for a beam
+constexpr double kBeamRadius = 1e-6;  ///< of the solid that represents a beam
 
 Solid solid_of_beam(const api::LightCurtainDescription& curtain, int beam) {
   const Eigen::Translation3d X_KS(curtain.range_m / 2, 0, beam * curtain.pitch_m);
@@ -14,7 +14,7 @@ Solid solid_of_beam(const api::LightCurtainDescription& curtain, int beam) {
           curtain.X_WK.isometry() * X_KS};
 }
 
-/// What of the fixed things a beam meets; empty if nothing.
+/// The name of a fixed body that a beam meets; empty if there is none.
 std::string blocked_by(const Solid& beam, const Scene& scene) {
   for (const StaticBox& box : scene.fixed) {
     if (overlap_depth(beam, solid_of(box)) > 0) return box.name;

@@ -57,7 +57,8 @@ class ObjectReader {
   void robot(const yaml::Node& node) {
     const yaml::Map keys =
         node.map({"name", "type", "base", "crcl_frame", "crcl_tool_point", "crcl_joints",
-                  "gripper_names", "home_deg", "self_collision", "tool_changer", "tool", "vision"});
+                  "crcl_out_of_range", "gripper_names", "home_deg", "self_collision",
+                  "tool_changer", "tool", "vision"});
     Robot robot;
     if (const Robot* type = read_reference(keys["type"], "robot type", types_.robots)) {
       robot = *type;
@@ -68,6 +69,9 @@ class ObjectReader {
     robot.X_BR = read_pose_map(keys["crcl_frame"]);
     robot.tool_point_F = read_tool_point(keys["crcl_tool_point"]);
     robot.crcl_joints = read_crcl_joints(keys["crcl_joints"], robot.home_rad.size());
+    if (const yaml::Node rule = keys["crcl_out_of_range"]) {
+      robot.clamps_targets = rule.word({"refuse", "clamp"}) == 1;
+    }
     for (const yaml::Node& name : keys["gripper_names"].items()) {
       if (robot.gripper_names.size() == kMaxGripperNames) {
         name.unexpected("at most " + std::to_string(kMaxGripperNames) + " names");

@@ -42,6 +42,9 @@ void check_name(const yaml::Node& node, const std::string& name) {
   if (name.size() > 64 || !std::all_of(name.begin(), name.end(), allowed)) {
     node.error('"' + name + '"', "a name of at most 64 letters, digits, '_', '-' and '.'");
   }
+  // The frame that all poses are in has this name, in exports, too.
+  if (name == "world")
+    node.error("\"world\"", "another name, as \"world\" is the cell's own frame");
 }
 
 std::string read_name(const yaml::Node& node) {

@@ -15,7 +15,7 @@ namespace aprsim::scene {
 
 /// No place and no length of a cell is further than this from zero [m].
 inline constexpr double kFar = 1000;
-/// What a length may be [m].
+/// Permitted lengths [m].
 inline constexpr yaml::Range kLength{.min = 0, .max = kFar, .open_min = true};
 
 [[nodiscard]] Eigen::Vector2d read_xy(const yaml::Node& node);
@@ -42,7 +42,7 @@ template <typename T>
   return keys;
 }
 
-/// What the node's text refers to; null (and an error) if there is no such thing.
+/// The value that the node's text names; null (and an error) if there is no such thing.
 template <typename T>
 [[nodiscard]] const T* read_reference(const yaml::Node& node, const std::string& what,
                                       const std::map<std::string, T>& known) {

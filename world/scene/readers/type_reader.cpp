@@ -110,7 +110,7 @@ void read_gaps(const yaml::Map& keys, Gripper& gripper) {
   }
 }
 
-/// Each finger's piston: what air pushes it with, what friction takes from that, how fast its
+/// Each finger's piston: force of the air, friction, and how fast its
 /// chambers fill and how they leak.
 void read_pneumatics(const yaml::Node& node, Gripper& gripper) {
   constexpr double kNewtonPerBarAndSquareMillimetre = 0.1;
@@ -133,7 +133,7 @@ void read_pneumatics(const yaml::Node& node, Gripper& gripper) {
   }
 }
 
-/// Either the force itself or what makes it.
+/// Reads the force or the values that give it.
 void read_force(const yaml::Map& keys, Gripper& gripper) {
   const yaml::Node air = keys["pneumatics"];
   if (!air) {
@@ -164,24 +164,19 @@ void read_drive(const yaml::Map& keys, Gripper& gripper) {
   if (keys["pneumatics"]) keys["pneumatics"].error("pneumatics of a servo", "force_n with it");
 }
 
-std::string find_model(const yaml::Node& node, const std::vector<std::string>& directories) {
-  namespace fs = std::filesystem;
-  const std::string file = node.text();
-  std::string looked;
-  for (const std::string& directory : directories) {
-    const fs::path path = fs::absolute(fs::path(directory) / file).lexically_normal();
-    std::error_code status;
-    if (fs::is_regular_file(path, status)) return path.string();
-    looked += (looked.empty() ? "" : " or ") + directory;
+std::string find_model(const yaml::Node& node, const FileScope& scope) {
+  const std::string name = node.text();
+  std::string path = scope.find_model(name);
+  if (path.empty()) {
+    node.error("no file \"" + name + '"', scope.expected_model(), ErrorCode::kNotFound);
   }
-  node.error("no file \"" + file + '"', "a robot description in " + looked, ErrorCode::kNotFound);
-  return "";
+  return path;
 }
 
-Robot read_robot_type(const yaml::Node& node, const std::vector<std::string>& directories) {
+Robot read_robot_type(const yaml::Node& node, const FileScope& scope) {
   const yaml::Map keys = node.map({"model", "tool", "home_deg", "limits", "gripper"});
   Robot robot;
-  robot.model_file = find_model(keys["model"], directories);
+  robot.model_file = find_model(keys["model"], scope);
   const yaml::Map tool = keys["tool"].map({"xyz_m", "rpy_deg"});
   robot.X_FT = read_pose(tool["xyz_m"], tool["rpy_deg"]);
   robot.home_rad = read_joints(keys["home_deg"]);
@@ -255,8 +250,7 @@ std::vector<double> read_joints(const yaml::Node& node) {
   return joints;
 }
 
-void read_types(const yaml::Map& keys, const std::vector<std::string>& model_directories,
-                Types& types) {
+void read_types(const yaml::Map& keys, const FileScope& scope, Types& types) {
   for (const auto& [name, node] : keys["pockets"].entries()) {
     if (is_new(node, name, types.pockets)) types.pockets[name] = read_pocket(node);
   }
@@ -267,9 +261,7 @@ void read_types(const yaml::Map& keys, const std::vector<std::string>& model_dir
     if (is_new(node, name, types.trays)) types.trays[name] = read_tray_type(node, name, types);
   }
   for (const auto& [name, node] : keys["robot_types"].entries()) {
-    if (is_new(node, name, types.robots)) {
-      types.robots[name] = read_robot_type(node, model_directories);
-    }
+    if (is_new(node, name, types.robots)) types.robots[name] = read_robot_type(node, scope);
   }
 }
 

@@ -5,11 +5,12 @@
 #include <vector>
 
 #include "world/base/yaml/yaml_reader.hpp"
+#include "world/scene/files/file_scope.hpp"
 #include "world/scene/model/scene.hpp"
 
 namespace aprsim::scene {
 
-/// What objects of a scene are made from; from the scene's own file and the files it names.
+/// Types of a scene's objects, from the scene's own file and the files it names.
 struct Types {
   std::map<std::string, Pocket> pockets;
   std::map<std::string, GearType> gears;
@@ -18,9 +19,8 @@ struct Types {
 };
 
 /// Adds the types under the keys pockets, gear_types, tray_types and robot_types of `keys`.
-/// A robot's model file is looked for in `model_directories`, in this order.
-void read_types(const yaml::Map& keys, const std::vector<std::string>& model_directories,
-                Types& types);
+/// `scope` finds the models of robots.
+void read_types(const yaml::Map& keys, const FileScope& scope, Types& types);
 
 /// A parallel gripper, as robot types and tools have it.
 [[nodiscard]] Gripper read_gripper(const yaml::Node& node);

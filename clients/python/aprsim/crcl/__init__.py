@@ -1,6 +1,6 @@
-"""CRCL, the language that robots are commanded in: commands as XML documents, statuses back, and the
-order of both on a connection. No sockets here. Lengths on the wire are millimetres and angles degrees,
-which is what `Session.opening` asks for; all else in this package is SI."""
+"""CRCL, the command language of the robots: commands and statuses as XML documents, and their order on
+a connection. No sockets here. Lengths on the wire are millimetres and angles degrees once the commands
+of `Session.opening` have set these units. All arguments here are in SI units."""
 
 from __future__ import annotations
 
@@ -11,19 +11,23 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import RobotError, Unreachable
+from .. import arguments
+from ..errors import BadArgument, RobotError, Unreachable
 from ..poses import Array
 
 _XSI = "http://www.w3.org/2001/XMLSchema-instance"
 _STATUS_END = b"</CRCLStatus>"
 _MAX_STATUS_BYTES = 1 << 20
 
+NEED_NO_SESSION = frozenset({"InitCanon", "EndCanon", "StopMotion"})
+"""Kinds of commands that a connection may send before it has taken the robot."""
+
 ElementTree.register_namespace("xsi", _XSI)
 
 
 @dataclass(frozen=True)
 class Command:
-    """One command: its type without "Type", as `MoveTo`, and its elements in the schema's order."""
+    """One command: the name of its type without "Type", as `MoveTo`, and its elements in schema order."""
 
     kind: str
     fields: tuple[ElementTree.Element, ...] = ()
@@ -31,48 +35,47 @@ class Command:
 
 @dataclass(frozen=True)
 class Status:
-    """What a CRCLStatus says."""
+    """A CRCLStatus."""
 
     command_id: int
     state: str
     description: str
     joints: dict[int, float] = field(default_factory=dict)
-    """By number, as the robot counts them: degrees, unless the scene says otherwise."""
+    """Positions by joint number, in the robot's convention: degrees, unless the scene sets another."""
     tool_in_reference: Array | None = None
-    """X_RT."""
+    """The pose X_RT of the tool in the robot's reference frame."""
     holding: bool | None = None
 
     @property
     def done(self) -> bool:
-        """The command has ended as asked."""
+        """The command has succeeded."""
         return self.state == "CRCL_Done"
 
     @property
     def failed(self) -> bool:
-        """The command has been refused or given up; the description says why."""
+        """The command has been refused or aborted; the description has the reason."""
         return self.state == "CRCL_Error"
 
 
 def initialise() -> Command:
-    """Clears an error, stops all motion and makes ready."""
+    """InitCanon: clear an error, stop all motion and begin a session."""
     return Command("InitCanon")
 
 
 def end() -> Command:
-    """Ends the session: the robot takes nothing but `initialise`."""
+    """EndCanon: end the session."""
     return Command("EndCanon")
 
 
 def stop(condition: str = "Normal") -> Command:
-    """Brakes: Normal, Fast (the drives go off a second later) or Immediate (at once)."""
+    """StopMotion: brake with the condition Normal, Fast (the drives switch off a second later) or
+    Immediate (they switch off at once)."""
     return Command("StopMotion", (_element("StopCondition", condition),))
 
 
 def move_to(tool_in_reference: npt.ArrayLike, *, straight: bool) -> Command:
-    """The tool to a pose X_RT, on a straight line or as the joints like it."""
-    pose = np.asarray(tool_in_reference, dtype=np.float64)
-    if pose.shape != (4, 4) or not np.isfinite(pose).all():
-        raise ValueError(f"tool_in_reference: a finite 4 x 4 matrix is expected, not {pose!r}")
+    """MoveTo: move the tool to a pose X_RT, on a straight line or along a joint motion."""
+    pose = arguments.pose("tool_in_reference", tool_in_reference)
     end_position = _element("EndPosition")
     end_position.append(_vector("Point", "XYZ", 1e3 * pose[:3, 3]))
     end_position.append(_vector("XAxis", "IJK", pose[:3, 0]))
@@ -81,42 +84,45 @@ def move_to(tool_in_reference: npt.ArrayLike, *, straight: bool) -> Command:
 
 
 def move_joints(positions: dict[int, float], speed: float) -> Command:
-    """Joints by number, in the robot's own units and counting; `speed` in these a second."""
+    """ActuateJoints: move joints by number, in the robot's convention; `speed` in its unit per second."""
     joints = []
     for number, position in positions.items():
         joint = _element("ActuateJoint")
         joint.append(_element("JointNumber", str(number)))
-        joint.append(_element("JointPosition", _number(position)))
+        place = arguments.number(f"positions[{number}]", position)
+        joint.append(_element("JointPosition", _number(place)))
         details = _element("JointDetails")
         details.set(f"{{{_XSI}}}type", "JointSpeedAccelType")
-        details.append(_element("JointSpeed", _number(speed)))
+        details.append(_element("JointSpeed", _number(arguments.number("speed", speed, above=0))))
         joint.append(details)
         joints.append(joint)
     return Command("ActuateJoints", tuple(joints))
 
 
 def set_gripper(setting: float) -> Command:
-    """0 closed to 1 open."""
-    return Command("SetEndEffector", (_element("Setting", _number(setting)),))
+    """SetEndEffector: 0 = closed to 1 = open."""
+    value = arguments.number("setting", setting, low=0, high=1)
+    return Command("SetEndEffector", (_element("Setting", _number(value)),))
 
 
 def dwell(seconds: float) -> Command:
-    """Waits in simulated time."""
-    return Command("Dwell", (_element("DwellTime", _number(seconds)),))
+    """Dwell: wait for simulated seconds."""
+    value = arguments.number("seconds", seconds, "s", low=0)
+    return Command("Dwell", (_element("DwellTime", _number(value)),))
 
 
 def set_speed(m_s: float) -> Command:
-    """Of the tool, from now on."""
-    return _rate("TransSpeed", 1e3 * m_s)
+    """SetTransSpeed: set the tool's speed for later moves."""
+    return _rate("TransSpeed", 1e3 * arguments.number("m_s", m_s, "m/s", above=0))
 
 
 def set_turn_speed(rad_s: float) -> Command:
-    """Of the tool, from now on."""
-    return _rate("RotSpeed", math.degrees(rad_s))
+    """SetRotSpeed: set the tool's turning speed for later moves."""
+    return _rate("RotSpeed", math.degrees(arguments.number("rad_s", rad_s, "rad/s", above=0)))
 
 
 def encode(command: Command, identifier: int) -> bytes:
-    """The document as it goes over the wire."""
+    """The XML document of a command."""
     root = ElementTree.Element("CRCLCommandInstance")
     body = ElementTree.SubElement(root, "CRCLCommand")
     body.set(f"{{{_XSI}}}type", command.kind + "Type")
@@ -127,7 +133,7 @@ def encode(command: Command, identifier: int) -> bytes:
 
 
 def decode_status(document: bytes) -> Status:
-    """Raises ValueError when it is not a status."""
+    """The status of a document. Raises ValueError for any other document."""
     try:
         root = ElementTree.fromstring(document)
     except ElementTree.ParseError as error:
@@ -152,19 +158,21 @@ def decode_status(document: bytes) -> Status:
 
 
 class Session:
-    """What goes to and fro on one connection: numbers the commands, cuts what comes into statuses, and
-    tells from a status whether the latest command is over."""
+    """The state of one connection: numbers commands, splits received bytes into statuses, and decides
+    from a status whether the latest command has ended."""
 
     def __init__(self, robot: str) -> None:
         self.robot = robot
         self._buffer = b""
         self._id = 0
-        self._kind = "no command"
+        self._kind = ""
         self._begun = False
+        self.is_taken = False
+        """This connection has initialised the robot and set its units."""
 
     @staticmethod
     def opening() -> list[Command]:
-        """What a connection begins with, after `initialise`: the units of this module."""
+        """The commands after `initialise` that set the units of this module."""
         return [
             Command("SetLengthUnits", (_element("UnitName", "millimeter"),)),
             Command("SetAngleUnits", (_element("UnitName", "degree"),)),
@@ -177,12 +185,12 @@ class Session:
         return encode(command, self._id)
 
     def ask(self) -> bytes:
-        """The document that a status answers."""
+        """The document that requests a status."""
         return encode(Command("GetStatus"), max(1, self._id))
 
     def feed(self, data: bytes) -> Status | None:
-        """Takes bytes that have come; a status once one is complete. Raises Unreachable for what is
-        none."""
+        """Append received bytes. Returns a status once one is complete. Raises Unreachable for bytes
+        that are no status."""
         self._buffer += data
         end = self._buffer.find(_STATUS_END)
         if end < 0:
@@ -197,13 +205,15 @@ class Session:
             raise Unreachable(f"{self.robot}: {error}") from error
 
     def follow(self, status: Status) -> None:
-        """Numbers commands beyond what the robot has seen, so that its state is never taken for
-        ours."""
+        """Continue the numbers of the commands that the robot has had, so that the state of another
+        client's command is not mistaken for that of ours."""
         self._id = max(self._id, status.command_id)
 
     def is_over(self, status: Status) -> bool:
-        """Whether the latest command has ended as asked. Raises RobotError when it has failed or
-        someone else commands the robot."""
+        """Whether the latest command has succeeded. Raises RobotError when it has failed or another
+        client commands the robot, BadArgument when this connection has sent no command."""
+        if not self._kind:
+            raise BadArgument(f"{self.robot}: no command has been started on this connection")
         if status.command_id != self._id:
             if self._begun:
                 raise RobotError(
@@ -218,7 +228,7 @@ class Session:
         return status.done
 
     def too_late(self, timeout_s: float) -> str:
-        """Words for a command that has not ended in time."""
+        """The error text for a command that has not ended in time."""
         return f"{self.robot}: {self._kind} {self._id} has not ended within {timeout_s:g} s"
 
 
@@ -236,9 +246,7 @@ def _vector(tag: str, axes: str, values: Array) -> ElementTree.Element:
 
 
 def _number(value: float) -> str:
-    """Shortest text that reads back the same. Raises ValueError for what is not finite."""
-    if not math.isfinite(value):
-        raise ValueError(f"{value!r} is not a finite number")
+    """The shortest text that reads back the same."""
     return repr(float(value))
 
 

@@ -1,5 +1,5 @@
-"""Tasks in the cell with Gymnasium's signatures: `reset(seed=, options=)` and `step(action)`, spaces of
-our own where gymnasium is not installed. The cell stands between steps; no clock plays a part.
+"""Tasks in the cell with Gymnasium's signatures: `reset(seed=, options=)` and `step(action)`, with own
+spaces where gymnasium is not installed. The cell is paused between steps, so no clock matters.
 
     env = PickEnv()
     observation, info = env.reset(seed=1)

@@ -1,4 +1,4 @@
-"""What the tasks have in common: the cell, the robot's actions, observations, resets."""
+"""The common part of the tasks: the cell, the robot's actions, observations, resets."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .. import crcl
+from .. import arguments, crcl
 from ..cell import Cell
 from ..daemon import Daemon
-from ..errors import AprsimError, Refused, RobotError, TimedOut, Unreachable
+from ..errors import AprsimError, BadArgument, Refused, RobotError, TimedOut, Unreachable
 from ..poses import Array, matrix, tool_down, wrapped, yaw_of
 from ..snapshots import Snapshot
 from .layout import Layout, Transfer
 from .spaces import Box, Env, Vector
 
-MOVE_M, TURN_RAD = 0.05, 0.3  # of the tool in a step, at an action of 1
-_LOOK_S, _LEAST_LOOKS, _MOST_LOOKS = 0.05, 2, 40  # of simulated time, at a motion under way
-APPROACH_M = 0.06  # over where a gear is taken or let go
+MOVE_M, TURN_RAD = 0.05, 0.3  # motion of the tool in a step for an action of 1
+_POLL_S, _LEAST_POLLS, _MOST_POLLS = 0.05, 2, 40  # simulated time between polls of a motion
+APPROACH_M = 0.06  # height above the place where a gear is grasped or released
 _SPEED_M_S = 0.5
-_STILL_M, _STILL_RAD = 1e-6, 1e-6  # less is no motion to ask for
+_STILL_M, _STILL_RAD = 1e-6, 1e-6  # a smaller action is no motion
 _WORKING = 2  # ActionState
 _FIELDS = ("step", "epoch", "sim_time", "robots", "bodies", "world_fault", "state_hash")
 _SEATED_M = 0.001
@@ -43,14 +43,18 @@ OBSERVATION_NAMES = (
 
 
 class CellEnv(Env):
-    """A task of one robot in a paused cell, with Gymnasium's signatures. Subclasses say how an episode
-    begins (`_prepare`), what it is worth (`_potential`) and when it is done (`_is_done`).
+    """A task of one robot in a paused cell, with Gymnasium's signatures. Subclasses define the begin of
+    an episode (`_prepare`), its value (`_potential`) and its end (`_is_done`).
 
-    Without a cell it starts a daemon of its own, which `close` ends; a cell that is given is paused
-    and belongs to the environment until then. Errors are the cell's. Thread: one."""
+    Without a cell the environment starts a daemon of its own, which ends with `close` or with this
+    process. A cell that is given is paused and belongs to the environment until `close`. Errors are
+    those of the cell, and BadArgument. Thread: one."""
 
     observation_names = OBSERVATION_NAMES
-    _opened = True  # as the gripper has been told
+    _opened = True  # the last command to the gripper
+    _is_ready = False  # an episode has begun
+    _is_closed = False
+    _plan: list[Transfer] = []
 
     def __init__(
         self,
@@ -61,8 +65,10 @@ class CellEnv(Env):
         reach_m: float = 0.62,
         max_steps: int = 200,
     ) -> None:
-        """`scene` is that of a daemon of its own; `reach_m`: gears and slots farther from the robot's
-        base are none of the task's; after `max_steps` an episode is truncated."""
+        """`scene` is for a daemon of its own. The task uses gears and slots within `reach_m` of the
+        robot's base. An episode is truncated after `max_steps`."""
+        reach_m = arguments.number("reach_m", reach_m, "m", above=0)
+        max_steps = arguments.whole("max_steps", max_steps, 1, 1 << 62)
         self._kept: list[str] = []
         self._owned = cell is None
         self._daemon = None if cell is not None else Daemon(scene=scene, speed="stepped")
@@ -73,7 +79,7 @@ class CellEnv(Env):
             self.robot = self.cell.robot(robot)
             self.max_steps = max_steps
             self._reach_m = reach_m
-            self._look_steps = round(_LOOK_S / self.cell.step_s)
+            self._poll_steps = round(_POLL_S / self.cell.step_s)
             self.action_space = Box(-np.ones(5), np.ones(5))
             low = np.array([-2.0] * 6 + [-math.pi, 0.0, 0.0, 0.0])
             high = np.array([2.0] * 6 + [math.pi, 0.2, 1.0, 1.0])
@@ -88,14 +94,16 @@ class CellEnv(Env):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Vector, dict[str, Any]]:
-        """Begins an episode: loads a saved state, then draws what varies. The same seed begins the
-        same episode, bit for bit; without one the random numbers go on. `options` may have "tray", the
-        kit tray of the task, and "slot"."""
-        super().reset(seed=seed)
+        """Begin an episode from a saved state and random numbers. The same seed begins the same episode,
+        bit for bit; without one the random numbers continue. `options` may have "tray", the kit tray of
+        the task, and "slot"."""
+        self._check_open("reset")
+        self._is_ready = False
+        super().reset(seed=None if seed is None else arguments.whole("seed", seed, 0, 1 << 62))
         chosen = options or {}
         unknown = set(chosen) - {"tray", "slot"}
         if unknown:
-            raise AprsimError(f"options: {sorted(unknown)}, where tray and slot are known")
+            raise BadArgument(f"options: {sorted(unknown)}, where tray and slot are known")
         self._taken_steps = 0
         self._filled = 0
         self._plan = self._prepare(chosen)
@@ -103,17 +111,20 @@ class CellEnv(Env):
         self._last = self._plan[-1]
         self._snapshot = self.cell.snapshot(_FIELDS)
         self._value = self._potential()
+        self._is_ready = True
         return self._observation(), self._info(None)
 
     def step(
         self, action: npt.ArrayLike
     ) -> tuple[Vector, float, bool, bool, dict[str, Any]]:
-        """The tool's motion to its end, at least a tenth of a second of simulated time: observation,
-        reward, terminated, truncated, info."""
-        values = np.asarray(action, dtype=np.float64)
-        if values.shape != (5,) or not np.isfinite(values).all():
-            raise AprsimError(f"action: {action!r}, where 5 finite numbers are expected")
-        values = np.clip(values, -1.0, 1.0)
+        """Perform an action: five numbers from -1 to 1 for the tool's motion along x, y, z of the world
+        (1 = 50 mm), its turn (1 = 0.3 rad) and the gripper (above 0 = open). The step lasts to the end
+        of the motion, at least 0.1 s of simulated time. Returns observation, reward, terminated,
+        truncated, info. AprsimError without an episode: `reset` begins one."""
+        self._check_open("step")
+        if not self._is_ready:
+            raise AprsimError("step: no episode has begun; call reset() first")
+        values = np.clip(arguments.vector("action", action, 5, "-1 to 1"), -1.0, 1.0)
         self._command(values)
         refused = self._await_end()
         self._taken_steps += 1
@@ -135,7 +146,8 @@ class CellEnv(Env):
         return self._observation(), float(reward), terminated, truncated, info
 
     def close(self) -> None:
-        """Forgets the states it has saved; ends the daemon if it is its own."""
+        """Delete the saved states; end the daemon if it is the environment's own."""
+        self._is_closed = True
         cell = getattr(self, "cell", None)
         if cell is not None and self._owned:
             cell.close()
@@ -148,25 +160,30 @@ class CellEnv(Env):
             self._daemon.close()
             self._daemon = None
 
-    # -- of the tasks -------------------------------------------------------------------------
+    def _check_open(self, method: str) -> None:
+        if self._is_closed:
+            raise AprsimError(f"{method}: the environment is closed")
+
+    # -- tasks --------------------------------------------------------------------------------
 
     def _prepare(self, options: dict[str, Any]) -> list[Transfer]:
-        """Brings the cell to where an episode begins; what is to be done in it."""
+        """Bring the cell to the begin of an episode. Returns its transfers."""
         raise NotImplementedError
 
     def _potential(self) -> float:
-        """How far the transfer has come: its rise is the reward."""
+        """The progress of the transfer. Its increase is the reward."""
         raise NotImplementedError
 
     def _is_done(self) -> bool:
-        """Whether the transfer is."""
+        """Whether the transfer is done."""
         raise NotImplementedError
 
-    # -- how episodes begin -------------------------------------------------------------------
+    # -- begin of episodes --------------------------------------------------------------------
 
     def _begin(self) -> None:
-        """Everything at rest, the gripper open and the tool over the work: the state that all others
-        come from."""
+        """Make and save the initial state of all episodes: bodies at rest, the gripper open, the tool
+        above the work."""
+        self.robot.take()
         self.robot.set_speed(_SPEED_M_S)
         self.robot.open_gripper()
         for _ in range(80):
@@ -204,8 +221,8 @@ class CellEnv(Env):
             self.cell.forget(self._kept.pop(1))
 
     def _load(self, name: str) -> bool:
-        """False when it is not kept. What the robot was told last is over by then: a state from
-        before it would be an error to the robot."""
+        """Load a saved state. False when there is none. The robot's last command ends before: after a
+        return to a state before it, the robot would report an error."""
         full = f"{type(self).__name__}-{id(self):x}-{name}"
         if full not in self._kept:
             return False
@@ -214,7 +231,7 @@ class CellEnv(Env):
         except RobotError:
             self.robot.run(crcl.initialise(), 35)
         except Refused:
-            pass  # the simulation has stopped on a fault, which the load ends
+            pass  # the simulation has stopped on a fault; loading clears it
         self.cell.load(full)
         return True
 
@@ -223,22 +240,22 @@ class CellEnv(Env):
         if tray is None:
             return str(self.np_random.choice(self._trays))
         if tray not in self._trays:
-            raise AprsimError(f"options: tray '{tray}', where {', '.join(self._trays)} are known")
+            raise BadArgument(f"options: tray '{tray}', where {', '.join(self._trays)} are known")
         return str(tray)
 
     def _choose_transfer(self, options: dict[str, Any]) -> Transfer:
-        """Of the state that is loaded."""
+        """A transfer of the loaded state: the one in `options`, or a random one."""
         transfers = self._transfers(self._layout(), self._choose(options))
         slot = options.get("slot")
         if slot is None:
             return transfers[int(self.np_random.integers(len(transfers)))]
         named = {transfer.slot: transfer for transfer in transfers}
         if slot not in named:
-            raise AprsimError(f"options: slot '{slot}', where {', '.join(named)} are known")
+            raise BadArgument(f"options: slot '{slot}', where {', '.join(named)} are known")
         return named[str(slot)]
 
     def _go_near(self, point: Array, yaw: float, spread_m: float, spread_rad: float) -> None:
-        """Over a point, at a random place near it."""
+        """Move the tool to a random place above a point."""
         offset = self.np_random.uniform(-spread_m, spread_m, 3) + [0, 0, APPROACH_M + spread_m]
         turn = float(self.np_random.uniform(-spread_rad, spread_rad))
         self.robot.move_to(point + offset, yaw + turn)
@@ -258,12 +275,12 @@ class CellEnv(Env):
         self.robot.start(self.robot.move_command(target, straight=True))
 
     def _await_end(self) -> str | None:
-        """Steps the cell until the robot has done what it was told. Its words when it has refused or
-        given up; it is then made ready again."""
-        for looks in range(1, _MOST_LOOKS + 1):
-            self._snapshot = self.cell.step(self._look_steps, _FIELDS)
+        """Step the cell until the robot's command ends. Returns the robot's text for a command that has
+        failed, after initialising it again."""
+        for polls in range(1, _MOST_POLLS + 1):
+            self._snapshot = self.cell.step(self._poll_steps, _FIELDS)
             state = self._snapshot.robot(self.robot.name).message.action.state
-            if looks >= _LEAST_LOOKS and state != _WORKING:
+            if polls >= _LEAST_POLLS and state != _WORKING:
                 break
         status = self.robot.status()
         if not status.failed:
@@ -272,11 +289,11 @@ class CellEnv(Env):
         self._snapshot = self.cell.snapshot(_FIELDS)
         return status.description
 
-    # -- what is seen -------------------------------------------------------------------------
+    # -- observations -------------------------------------------------------------------------
 
     @property
     def transfer(self) -> Transfer | None:
-        """What is being done; None when all is."""
+        """The present transfer; None when all are done, and before `reset`."""
         return self._plan[0] if self._plan else None
 
     def _current(self) -> Transfer:
@@ -309,13 +326,13 @@ class CellEnv(Env):
         return self._snapshot.body(self._current().gear).lost
 
     def _is_seated(self) -> bool:
-        """The gear rests in its slot, and nobody holds it."""
+        """Whether the gear rests in its slot and no gripper holds it."""
         near = float(np.linalg.norm(self._slot_from_gear())) < _SEATED_M
         return near and not self._held() and self._snapshot.body(self._current().gear).resting
 
     def _observation(self) -> Vector:
         turn = wrapped(self._current().yaw - yaw_of(self._tool()))
-        # The fingers are alike: half a turn is none.
+        # Half a turn exchanges the fingers, which are the same.
         turn = (turn + math.pi / 2) % math.pi - math.pi / 2
         robot = self._snapshot.robot(self.robot.name)
         values = [*self._gear_from_tool(), *self._slot_from_gear(), turn, robot.separation_m]

@@ -1,5 +1,5 @@
-"""Where gears and slots are, which gear goes into which slot, and how the gripper comes to them: the
-cell's description and one snapshot together."""
+"""Places of gears and slots, assignment of gears to slots, and grasp directions: from the cell's
+description and one snapshot."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ if TYPE_CHECKING:
     from ..v1 import cell_pb2
 
 _KIT_TRAY = 3  # BodyKind
-_IN_SLOT_M = 0.01  # nearer than that a gear is in a slot
-_TIP_OVER_DISC_M = 0.004  # of the fingers, where they take a gear
-_YAWS = 24  # half a turn is divided into
-# One finger seen from above, generously: across its travel, and along it from the pad outward.
+_IN_SLOT_M = 0.01  # largest distance of a gear that is in a slot
+_TIP_OVER_DISC_M = 0.004  # height of the finger tips above the disc at a grasp
+_YAWS = 24  # directions that are tried in half a turn
+# Size of a finger seen from above, with a margin: half its width, and its length from the pad outward.
 _FINGER_HALF_M, _FINGER_DEPTH_M = 0.02, 0.058
-_ENOUGH_M = 0.01  # more clearance is no better
+_ENOUGH_M = 0.01  # clearance above which directions count as equal
 
 
 @dataclass(frozen=True)
 class Gear:
-    """A gear as it lies now."""
+    """A gear at its present pose."""
 
     name: str
     type: str
@@ -36,14 +36,14 @@ class Gear:
 
     @property
     def position_m(self) -> Array:
-        """Of its underside's centre."""
+        """The centre of its underside, in the world."""
         position: Array = self.pose[:3, 3]
         return position
 
 
 @dataclass(frozen=True)
 class Slot:
-    """A slot as its tray lies now."""
+    """A slot at the present pose of its tray."""
 
     tray: str
     name: str
@@ -51,26 +51,26 @@ class Slot:
     of_kit: bool
     pose: Array
     gear: str | None
-    """What is in it."""
+    """Name of the gear in it, or None."""
 
     @property
     def position_m(self) -> Array:
-        """Of a seated gear's underside's centre."""
+        """The centre of the underside of a seated gear, in the world."""
         position: Array = self.pose[:3, 3]
         return position
 
 
 @dataclass(frozen=True)
 class Transfer:
-    """A gear and the slot of a kit tray that it is to go into."""
+    """A gear and its destination, a slot of a kit tray."""
 
     gear: str
     tray: str
     slot: str
     grasp_height_m: float
-    """Of the tool over the gear's origin."""
+    """Height of the tool above the gear's origin."""
     yaw: float
-    """Of the tool, at which its open fingers clear the neighbours in both places [rad]."""
+    """Yaw [rad] of the tool at which its open fingers clear the neighbours in both places."""
 
 
 class Layout:
@@ -103,7 +103,7 @@ class Layout:
         return [body.name for body in self._cell.bodies if body.kind == _KIT_TRAY]
 
     def over_belt(self, point: Array) -> bool:
-        """Whether it lies over the belt."""
+        """Whether a point is above the belt."""
         if not self._cell.HasField("conveyor"):
             return False
         belt = self._cell.conveyor
@@ -113,9 +113,9 @@ class Layout:
     def transfers(
         self, robot: cell_pb2.RobotDescription, tray: str, *, reach_m: float, neutral_yaw: float
     ) -> list[Transfer]:
-        """For the free slots of a kit tray, each with a gear of its own out of the part trays, both on
-        the belt or both beside it, within a distance from the robot's base: the nearest first. Fewer
-        than there are slots when gears are missing."""
+        """Transfers for the free slots of a kit tray within `reach_m` of the robot's base. Each has a
+        gear from the part trays, the nearest first; gear and slot are both on the belt or both beside
+        it. There are fewer transfers than slots when gears are missing."""
         base = matrix(robot.base_in_world)[:3, 3]
 
         def far(point: Array) -> float:
@@ -159,7 +159,8 @@ class Layout:
         robot: cell_pb2.RobotDescription,
         neutral: float,
     ) -> float:
-        """The fingers move along the tool's y and are alike: half a turn has all their yaws."""
+        """The yaw with the most clearance. The fingers move along the tool's y axis and are the same, so
+        half a turn has all directions."""
         yaws = [neutral + math.pi * i / _YAWS for i in range(-_YAWS // 2, _YAWS // 2)]
         opening = robot.gripper.gap_open_m
 
@@ -170,7 +171,7 @@ class Layout:
         return wrapped(min(yaws, key=rank))
 
     def _clearance(self, own: str, place: Array, yaw: float, opening: float) -> float:
-        """Of the open fingers from the nearest peg."""
+        """Clearance of the open fingers from the nearest peg."""
         least = _ENOUGH_M
         centre = opening / 2 + _FINGER_DEPTH_M / 2
         for gear in self.gears.values():

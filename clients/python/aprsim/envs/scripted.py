@@ -1,5 +1,5 @@
-"""A policy that solves the tasks from their observations alone: the shortest way to see one done, and
-a baseline for those that learn."""
+"""A policy that solves the tasks from their observations alone: an example, and a baseline for learned
+policies."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ import numpy as np
 from .cell_env import APPROACH_M, MOVE_M, TURN_RAD
 from .spaces import Vector
 
-_AT_M, _AT_RAD = 0.001, 0.01  # nearer than that it is there
-_CLEAR_M = 0.8 * APPROACH_M  # from this height on it may go sideways
-_DROP_M = 0.0005  # over the slot, where it lets go
+_AT_M, _AT_RAD = 0.001, 0.01  # tolerance of an arrival
+_CLEAR_M = 0.8 * APPROACH_M  # least height for a sideways motion
+_DROP_M = 0.0005  # height above the slot at the release
 
 
 def scripted_action(observation: Vector) -> Vector:
-    """What to do next: over the gear, down, close, up, over the slot, down, open."""
+    """The next action: above the gear, down, close, up, above the slot, down, open."""
     values = [float(value) for value in observation]
     gear, slot = values[0:3], values[3:6]
     turn, held = values[6], values[8] > 0.5
@@ -36,7 +36,7 @@ def scripted_action(observation: Vector) -> Vector:
 
 
 def _sideways(to: list[float], height: float, wanted: float) -> tuple[float, float, float]:
-    """Up first: what stands beside it is lower than that."""
+    """Move up first: neighbours are lower than that height."""
     if height < _CLEAR_M and math.hypot(to[0], to[1]) > 3 * _AT_M:
         return 0.0, 0.0, wanted - height
     return to[0], to[1], max(0.0, wanted - height) if height < _CLEAR_M else wanted - height

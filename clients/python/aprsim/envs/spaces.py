@@ -1,5 +1,5 @@
-"""What environments are built on: Gymnasium's `Env` and `Box` where it is installed, else these, which
-have the same signatures."""
+"""Base classes of the environments: Gymnasium's `Env` and `Box` where it is installed, else own ones with
+the same signatures."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Vector = npt.NDArray[np.float32]
 
 
 class OwnBox:
-    """Vectors between bounds."""
+    """The vectors between two bounds."""
 
     def __init__(
         self, low: npt.ArrayLike, high: npt.ArrayLike, dtype: type[np.float32] = np.float32
@@ -26,15 +26,15 @@ class OwnBox:
         self._random = np.random.default_rng()
 
     def seed(self, seed: int | None = None) -> None:
-        """Of `sample`."""
+        """Set the seed of `sample`."""
         self._random = np.random.default_rng(seed)
 
     def sample(self) -> Vector:
-        """One of them, each as likely as the other."""
+        """A random vector, uniformly distributed."""
         return self._random.uniform(self.low, self.high).astype(np.float32)
 
     def contains(self, x: object) -> bool:
-        """Whether it is a vector of this shape between the bounds."""
+        """Whether `x` is a vector of this shape between the bounds."""
         if not isinstance(x, np.ndarray) or x.shape != self.shape:
             return False
         return bool(((x >= self.low) & (x <= self.high)).all())
@@ -47,27 +47,27 @@ class OwnBox:
 
 
 class OwnEnv:
-    """The random numbers of an environment, and what Gymnasium's wrappers ask for."""
+    """The random numbers of an environment, and the attributes that Gymnasium's wrappers need."""
 
     metadata: dict[str, Any] = {"render_modes": []}
     render_mode: str | None = None
     np_random: np.random.Generator = np.random.default_rng()
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
-        """A seed begins the random numbers anew; without one they go on."""
+        """Restart the random numbers with a seed; without one they continue."""
         if seed is not None or "np_random" not in self.__dict__:
             self.np_random = np.random.default_rng(seed)
 
     @property
     def unwrapped(self) -> OwnEnv:
-        """Itself."""
+        """This environment."""
         return self
 
     def render(self) -> None:
-        """Nothing: the cell's page shows it."""
+        """Draw nothing: the cell's web page shows the cell."""
 
     def close(self) -> None:
-        """Ends what the environment uses."""
+        """Release the resources of the environment."""
 
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ else:
         from gymnasium.spaces import Box as _GymnasiumBox
 
         def Box(low, high, dtype=np.float32):
-            """Gymnasium's, of this module's arguments."""
+            """Gymnasium's `Box` with the arguments of this module."""
             return _GymnasiumBox(
                 np.asarray(low, dtype=dtype), np.asarray(high, dtype=dtype), dtype=dtype
             )

@@ -12,11 +12,11 @@ from .layout import Transfer
 
 _LIFT_M = 0.05
 _SLOW_M_S = 0.1
-_GRIP_S = 0.3  # for the fingers to close and press
+_GRIP_S = 0.3  # time for the fingers to close and press
 
 
 class PickEnv(CellEnv):
-    """Take the gear and lift it by 50 mm. The tool begins near above it."""
+    """Grasp the gear and lift it by 50 mm. The tool begins close above it."""
 
     def _prepare(self, options: dict[str, Any]) -> list[Transfer]:
         self._load("work")
@@ -37,7 +37,7 @@ class PickEnv(CellEnv):
 
 
 class PlaceEnv(CellEnv):
-    """Put the gear, which the gripper holds near above its slot, into it, and let go."""
+    """Place the gear in its slot and release it. The gripper begins with the gear close above the slot."""
 
     def _prepare(self, options: dict[str, Any]) -> list[Transfer]:
         self._load("work")
@@ -49,7 +49,7 @@ class PlaceEnv(CellEnv):
             above = slot + [0, 0, 2 * APPROACH_M + transfer.grasp_height_m]
             self.robot.move_to(tool_down(above, transfer.yaw), straight=True)
             self._keep(name)
-            # As every later episode of this gear begins.
+            # The same begin as every later episode with this gear.
             self._load(name)
         self._opened = False
         self._go_near(slot + [0, 0, transfer.grasp_height_m], transfer.yaw, 0.03, 0.2)
@@ -73,7 +73,7 @@ class PlaceEnv(CellEnv):
 
 
 class KitEnv(CellEnv):
-    """Fill a kit tray: gear by gear, in the order of its slots."""
+    """Fill a kit tray, gear by gear in the order of its slots."""
 
     def __init__(self, *arguments: Any, max_steps: int = 600, **keywords: Any) -> None:
         super().__init__(*arguments, max_steps=max_steps, **keywords)

@@ -1,5 +1,5 @@
-"""The cell's messages and gRPC services, generated from `proto/aprsim/v1` when the tree is built or
-the package installed."""
+"""The cell's messages and gRPC services. Generated from `proto/aprsim/v1` when the tree is built or the
+package is installed."""
 
 from pathlib import Path
 

@@ -60,7 +60,7 @@ export class FaultPanel {
 
   private take(list: FaultList): void {
     this.all = list.faults;
-    this.note.textContent = list.givenUp ? `${list.givenUp} older entries are no longer kept.` : '';
+    this.note.textContent = list.discarded ? `${list.discarded} older entries were discarded.` : '';
     this.draw();
   }
 

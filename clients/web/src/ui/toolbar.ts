@@ -127,6 +127,11 @@ export class Toolbar {
         'div',
         {class: 'group end'},
         unitChoice(),
+        h(
+          'a',
+          {class: 'docs', href: 'docs/', target: '_blank', rel: 'noopener', title: 'Documentation'},
+          'Docs'
+        ),
         button('◐', theme, {
           class: 'icon',
           'aria-label': 'Dark or light',

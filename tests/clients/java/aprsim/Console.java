@@ -7,15 +7,16 @@ import java.util.Arrays;
 import java.util.concurrent.Future;
 import java.util.function.Supplier;
 
-/** A driver's ear and mouth: one command a line on standard input, "@ ..." lines as answers among the controller's own output. */
+/** Reads one command a line from standard input. Answers are lines "@ ..." on standard output, between the controller's own. */
 public final class Console {
   public interface Handler {
-    /** Does one command; what it returns, unless null, is its answer. */
+    /** Executes one command and returns its answer, or null for none. */
     String run(String command, String[] arguments) throws Exception;
   }
 
+  /** Writes an answer at the beginning of a line: the controller may have written half a line. */
   public static synchronized void say(String text) {
-    System.out.println("@ " + text.replace('\n', ' '));
+    System.out.print("\n@ " + text.replace('\n', ' ') + "\n");
     System.out.flush();
   }
 
@@ -36,7 +37,7 @@ public final class Console {
     Runtime.getRuntime().halt(0);
   }
 
-  /** Says "NAME ended true" or false once there is a result, with what there is to tell then. */
+  /** Answers "NAME ended true" or "NAME ended false" once there is a result, followed by the remark. */
   public static void follow(String name, Future<Boolean> result, Supplier<String> remark) {
     new Thread(
             () -> {

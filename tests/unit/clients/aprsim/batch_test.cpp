@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "clients/aprsim/batch/batch_report.hpp"
+#include "clients/aprsim/batch/batch_results.hpp"
 #include "clients/aprsim/batch/distribution.hpp"
 #include "clients/aprsim/batch/report_diff.hpp"
 #include "clients/aprsim/batch/seeds.hpp"
@@ -20,7 +21,7 @@ namespace aprsim::client {
 namespace {
 
 // Values and t quantile (2.776 for 4 degrees of freedom) as in any table.
-TEST(Distribution, OfFiveValues) {
+TEST(Distribution, HasTheQuantilesOfFiveValues) {
   const Distribution d = distribution_of({5, 1, 4, 2, 3});
   EXPECT_EQ(d.count, 5U);
   EXPECT_DOUBLE_EQ(d.mean, 3);
@@ -85,7 +86,7 @@ TEST(Seeds, EachIsInExactlyOneShard) {
   }
 }
 
-// By the formulas, worked out apart: 1 - 6 d^2 / n (n^2 - 1), Student's t by numerical integration.
+// Computed apart: 1 - 6 d^2 / n (n^2 - 1), and Student's t by numerical integration.
 TEST(Significance, RankCorrelation) {
   const std::vector<double> x{1, 2, 3, 4, 5, 6, 7, 8}, y{2, 1, 4, 3, 7, 8, 6, 5};
   const Correlation c = rank_correlation(x, y);
@@ -100,7 +101,7 @@ TEST(Significance, RankCorrelation) {
   EXPECT_EQ(rank_correlation(x2, y2).rho, c.rho);
 }
 
-TEST(Significance, OfShares) {
+TEST(Significance, ComparesShares) {
   // The lady tasting tea: 3 of 4 and 1 of 4.
   EXPECT_NEAR(fisher_exact(3, 4, 1, 4), 34.0 / 70, 1e-12);
   EXPECT_NEAR(fisher_exact(10, 10, 4, 10), 0.0108359, 1e-6);
@@ -111,7 +112,7 @@ TEST(Significance, OfShares) {
   EXPECT_EQ(mcnemar_exact(0, 0), 1);
 }
 
-TEST(Significance, OfDifferencesAndSamples) {
+TEST(Significance, ComparesDifferencesAndSamples) {
   // All of five positive: 2 / 2^5.
   EXPECT_NEAR(signed_rank(std::vector<double>{1, 2, 3, 4, 5}), 0.0625, 1e-12);
   EXPECT_NEAR(signed_rank(std::vector<double>{-1, 2, 3, 4, 5, 0}), 0.125, 1e-12);
@@ -166,7 +167,7 @@ Batch batch_of(const Seeds& seeds) {
   return out;
 }
 
-TEST(BatchReport, TellsWhatSuccessDependsOn) {
+TEST(BatchReport, FindsTheParameterOfSuccess) {
   const Batch batch = batch_of(*parse_seeds("1..100"));
   const auto by = success_by_parameter(batch);
   ASSERT_EQ(by.size(), 2U);
@@ -192,17 +193,18 @@ TEST(BatchReport, TellsWhatSuccessDependsOn) {
   }
 }
 
-TEST(BatchReport, NamesTheWorstAndTheirJournals) {
+TEST(BatchReport, ListsWorstRunsWithJournals) {
   Batch batch = batch_of(*parse_seeds("1..50"));
   batch.episodes.at(7).broken = {"drops 1, expected 0", "held_end 0, expected 1"};
   batch.episodes.at(7).as_expected = false;
   batch.journals = {7};
-  const auto worst = worst_of(batch, 3);
+  const auto worst = worst_runs(batch, 3);
   ASSERT_EQ(worst.size(), 3U);
   EXPECT_EQ(worst[0].seed, 7U);
   EXPECT_TRUE(worst[0].journal);
   EXPECT_NE(worst[0].why.find("held_end 0, expected 1"), std::string::npos);
   EXPECT_FALSE(worst[1].journal);
+  EXPECT_EQ(worst_seeds(batch, 3).front(), 7U);
   const std::string page = batch_page(batch);
   EXPECT_NE(page.find("href=\"journals/seed_7.journal\""), std::string::npos);
   EXPECT_NE(page.find("a &lt;part&gt;"), std::string::npos);
@@ -210,7 +212,86 @@ TEST(BatchReport, NamesTheWorstAndTheirJournals) {
   EXPECT_NE(batch_table(batch).find("seed 7: "), std::string::npos);
 }
 
-TEST(BatchReport, OfNothingAndOfSeedsThatAreMissing) {
+/// A batch of runs that are all as expected.
+Batch good_batch(const Seeds& seeds) {
+  Batch out = batch_of(seeds);
+  for (auto& [seed, one] : out.episodes) {
+    one.as_expected = true;
+    one.broken.clear();
+    one.values["drops"] = 0;
+  }
+  return out;
+}
+
+TEST(BatchReport, TheWorstRunsAreThoseThatFailedOrDeviate) {
+  Batch batch = good_batch(*parse_seeds("1..40"));
+  EXPECT_TRUE(worst_runs(batch, 10).empty());
+  EXPECT_EQ(worst_seeds(batch, 2).size(), 2U) << "journals are of the worst of all runs";
+  EXPECT_EQ(batch_table(batch).find("worst"), std::string::npos);
+  batch.journals = {3};
+  EXPECT_EQ(batch_json(batch)["worst"], nlohmann::ordered_json::array());
+  EXPECT_EQ(batch_json(batch)["journals"][0]["journal"], "journals/seed_3.journal");
+  EXPECT_NE(batch_page(batch).find("href=\"journals/seed_3.journal\""), std::string::npos);
+  batch.episodes.at(12).values["drops"] = 2;
+  batch.episodes.at(20).values["run_s"] = 40;
+  batch.episodes.at(30).as_expected = false;
+  batch.episodes.at(30).broken = {"drops 1, expected 0"};
+  const auto worst = worst_runs(batch, 10);
+  ASSERT_EQ(worst.size(), 3U);
+  EXPECT_EQ(worst[0].seed, 30U);
+  EXPECT_EQ(worst[0].why, "drops 1, expected 0; the controller is done");
+  EXPECT_EQ(worst[1].seed, 20U);
+  EXPECT_EQ(worst[1].why.rfind("as expected; run_s 40 s (median 4.", 0), 0U) << worst[1].why;
+  EXPECT_EQ(worst[2].seed, 12U);
+  EXPECT_EQ(worst[2].why, "as expected; drops 2 (median 0)");
+}
+
+TEST(BatchReport, NoHeadingIsEmpty) {
+  for (const Batch& batch : {batch_of({}), batch_of({1, 2}), good_batch(*parse_seeds("1..30")),
+                             batch_of(*parse_seeds("1..30"))}) {
+    const std::string page = batch_page(batch);
+    for (auto at = page.find("<h2>"); at != std::string::npos; at = page.find("<h2>", at + 1)) {
+      const auto end = page.find("</h2>\n", at) + 6;
+      EXPECT_NE(page.compare(end, 4, "<h2>"), 0) << page.substr(at, end - at);
+      EXPECT_NE(page.compare(end, 7, "</body>"), 0) << page.substr(at, end - at);
+    }
+    EXPECT_EQ(page.find("<table><tr><th>seed</th><th>why</th><th>journal</th></tr>\n</table>"),
+              std::string::npos);
+  }
+  // Success that depends on nothing is no plot.
+  EXPECT_EQ(batch_page(good_batch(*parse_seeds("1..30"))).find("Success by parameter"),
+            std::string::npos);
+}
+
+TEST(BatchReport, MeasuresHaveTheirUnitAndBetterSide) {
+  const Batch batch = batch_of(*parse_seeds("1..30"));
+  const auto json = batch_json(batch);
+  EXPECT_EQ(json["measures"]["run_s"]["unit"], "s");
+  EXPECT_EQ(json["measures"]["run_s"]["better"], "");
+  EXPECT_EQ(json["measures"]["drops"]["unit"], "1");
+  EXPECT_EQ(json["measures"]["drops"]["better"], "lower");
+  EXPECT_NE(batch_table(batch).find("run_s [s]"), std::string::npos);
+  EXPECT_NE(batch_page(batch).find("drops, lower is better"), std::string::npos);
+  // Few runs are no distribution.
+  EXPECT_EQ(batch_page(batch_of({1, 2, 8})).find("Distributions"), std::string::npos);
+}
+
+TEST(BatchReport, SaysWhatItsIntervalIs) {
+  EXPECT_NE(batch_table(good_batch(*parse_seeds("1..50")))
+                .find("50 runs, 50 as expected; success rate 100.0 %, 95 % confidence interval "
+                      "(Wilson) 92.9 to 100.0 %"),
+            std::string::npos)
+      << batch_table(good_batch(*parse_seeds("1..50")));
+}
+
+TEST(Distribution, OfEqualValuesIsExact) {
+  const Distribution d = distribution_of(std::vector<double>(50, 14));
+  EXPECT_EQ(d.mean, 14);
+  EXPECT_EQ(d.deviation, 0);
+  EXPECT_EQ(d.mean_95.low, 14);
+}
+
+TEST(BatchReport, ReportsEmptyBatchesAndMissingSeeds) {
   Batch batch = batch_of({});
   EXPECT_NE(batch_table(batch).find("0 runs, 0 as expected"), std::string::npos);
   EXPECT_NE(batch_page(batch).find("</html>"), std::string::npos);
@@ -260,7 +341,7 @@ TEST(BatchDirectory, ShardsGiveTheSameReport) {
   EXPECT_EQ(report_of_shards(directory, seeds, 10), one);
 }
 
-TEST(BatchDirectory, GoesOnWithWhatIsThere) {
+TEST(BatchDirectory, ContinuesAnExistingBatch) {
   const test::TemporaryDirectory place;
   BatchDirectory directory(place.path() + "/batch");
   const BatchIdentity identity = batch_of({}).identity;
@@ -284,14 +365,14 @@ TEST(BatchDirectory, GoesOnWithWhatIsThere) {
   EXPECT_NE(damaged.error().message.find("seed_4.json is damaged"), std::string::npos);
 }
 
-TEST(BatchDirectory, OnlyTheSameThingsAreMerged) {
+TEST(BatchDirectory, MergesOnlyEqualIdentities) {
   Batch one = batch_of({1, 2}), other = batch_of({2, 3});
   EXPECT_EQ(merge({one, other}, {"a", "b"})->episodes.size(), 3U);
   other.episodes.at(2).state_hash = "0000000000000001";
   const auto differs = merge({one, other}, {"a", "b"});
   ASSERT_FALSE(differs);
   EXPECT_EQ(differs.error().kind, FailureKind::kCheck);
-  EXPECT_NE(differs.error().message.find("seed 2 ended otherwise"), std::string::npos);
+  EXPECT_NE(differs.error().message.find("seed 2 has different results"), std::string::npos);
   other = batch_of({3});
   other.identity.fingerprint = "def";
   EXPECT_EQ(merge({one, other}, {"a", "b"}).error().kind, FailureKind::kUsage);
@@ -308,7 +389,7 @@ ComparedReport report_of(const Seeds& seeds, double slower_s, std::uint64_t fail
   return out;
 }
 
-TEST(ReportDiff, FindsWhatIsWorseAndNothingElse) {
+TEST(ReportDiff, FindsRegressionsOnly) {
   const auto seeds = *parse_seeds("1..60");
   const auto before = report_of(seeds, 0, 0);
   const auto same = compare(before, report_of(seeds, 0, 0), 0.05);

@@ -35,7 +35,7 @@ TEST(CliArguments, CommandsKeepTheirOptions) {
   EXPECT_EQ(demo.robots, std::vector<std::string>{"motoman"});
 }
 
-TEST(CliArguments, AnIntruderStandsSomewhereOrLeaves) {
+TEST(CliArguments, IntruderIsPlacedOrRemoved) {
   const auto put = parse_as<client::IntruderCommand>({"intruder", "put", "0.5", "-1.75"});
   ASSERT_TRUE(put.xy_m.has_value());
   EXPECT_EQ((*put.xy_m)[1], -1.75);
@@ -62,7 +62,7 @@ TEST(CliArguments, AFaultHasATargetParametersAndATime) {
   EXPECT_EQ(parse_as<client::FaultEndCommand>({"fault", "end", "7"}).id, 7U);
 }
 
-TEST(CliArguments, WhatAFaultWaitsFor) {
+TEST(CliArguments, FaultTriggers) {
   const auto when = [](const std::string& text) {
     const auto parsed = faults::parse_when(text);
     if (!parsed) throw std::runtime_error(parsed.error());
@@ -110,7 +110,7 @@ TEST(CliArguments, EndpointsMayFollowTheCommand) {
   EXPECT_EQ(line->endpoints.crcl.at("r2"), 6);
 }
 
-TEST(CliArguments, WrongOnesAreExitCodeTwoAndSayWhat) {
+TEST(CliArguments, WrongArgumentsAreExitCodeTwo) {
   const std::vector<std::vector<std::string>> cases = {
       {},
       {"dance"},
@@ -136,7 +136,40 @@ TEST(CliArguments, WrongOnesAreExitCodeTwoAndSayWhat) {
   EXPECT_NE(run_cli({"speed", "-1"}).err.find("'-1'"), std::string::npos);
 }
 
-TEST(CliArguments, MistypedOnesAreGuessed) {
+TEST(CliArguments, JsonMayComeBeforeTheCommand) {
+  const auto line = parse_command_line({"--json", "status"});
+  ASSERT_TRUE(line.has_value()) << line.error().text;
+  EXPECT_TRUE(line->json);
+  EXPECT_TRUE(parse_command_line({"status", "--json"})->json);
+  EXPECT_FALSE(parse_command_line({"status"})->json);
+  // Where there is no JSON, it is refused as it is after the command.
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"--json", "manual"}, {"--json", "completion", "bash"}}) {
+    EXPECT_EQ(run_cli(arguments).exit_code, 2) << arguments[1];
+  }
+}
+
+TEST(CliArguments, ARunNeedsAnEnd) {
+  const auto result = run_cli({"run"});
+  EXPECT_EQ(result.exit_code, 2);
+  for (const char* end : {"--time", "--event", "--beyond", "--steps"}) {
+    EXPECT_NE(result.err.find(end), std::string::npos) << result.err;
+  }
+}
+
+TEST(CliArguments, MistypedFaultKindsGetSuggestions) {
+  const auto result = run_cli({"fault", "inject", "belt-jm"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_NE(result.err.find("did you mean 'belt-jam'?"), std::string::npos) << result.err;
+}
+
+TEST(CliArguments, TextsThatAreNoUtf8AreRefusedWithTheirField) {
+  const auto result = run_cli({"save", "x\xff", "--grpc-port", "1"});
+  EXPECT_EQ(result.exit_code, 2) << result.err;
+  EXPECT_NE(result.err.find("\"x\\xff\", expected UTF-8"), std::string::npos) << result.err;
+}
+
+TEST(CliArguments, MistypedArgumentsGetSuggestions) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
       {{"stauts"}, "unknown command 'stauts'; did you mean 'status'?"},
       {{"dmo"}, "did you mean 'demo'?"},
@@ -252,7 +285,7 @@ TEST(Endpoints, EnvironmentNamesTheFileAndDefaultsComeLast) {
   EXPECT_EQ(named->grpc, 1234);
 }
 
-TEST(Endpoints, WhatNeedsNoDaemonNeedsNoPortsFile) {
+TEST(Endpoints, OfflineCommandsNeedNoPortsFile) {
   ASSERT_EQ(setenv("APRSIM_PORTS_FILE", "/no/such", 1), 0);
   for (const std::vector<std::string>& arguments : {std::vector<std::string>{"conveyor", "map"},
                                                     {"completion", "zsh"},

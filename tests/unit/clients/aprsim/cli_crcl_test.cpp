@@ -157,7 +157,7 @@ TEST(CliPendant, StatusIsOneLineASample) {
   EXPECT_EQ(pendant(robot, {"status", "--rate", "0"}).exit_code, 2);
 }
 
-TEST(CliPendant, JogMovesFromWhereTheRobotIs) {
+TEST(CliPendant, JogIsRelativeToThePresentPosition) {
   ScriptedRobot robot(done);
   const auto joint = pendant(robot, {"jog", "--joint", "2", "--by", "-1.5", "--speed", "10"});
   ASSERT_EQ(joint.exit_code, 0) << joint.err;
@@ -234,7 +234,7 @@ TEST(CliPendant, AJogThatDoesNotEndInTimeIsStopped) {
   EXPECT_TRUE(std::holds_alternative<crcl::StopMotion>(robot.commands()[1].body));
 }
 
-TEST(CliPendant, JogRefusesWhatIsNoJointOrAxis) {
+TEST(CliPendant, JogRefusesUnknownJointsAndAxes) {
   ScriptedRobot robot(done);
   const auto joint = pendant(robot, {"jog", "--joint", "9", "--by", "1"});
   EXPECT_EQ(joint.exit_code, 2);

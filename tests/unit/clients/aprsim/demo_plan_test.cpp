@@ -108,7 +108,7 @@ TEST(CellView, AnOccupiedSlotIsNotOffered) {
   EXPECT_TRUE(view.transfers({0, 0, 0}, false, "").empty());
 }
 
-TEST(CellView, TellsWhetherAnythingIsLeft) {
+TEST(CellView, ReportsWhetherGearsAreLeft) {
   TwoTrays cell(0);
   EXPECT_TRUE(CellView(cell.cell, cell.snapshot).has_gear_in_part_tray());
   for (const int gear : {2, 3}) {
@@ -125,7 +125,7 @@ SlotView slot_at(const char* name, double x, double y, double z) {
   return slot;
 }
 
-TEST(Reach, WhatLiesBeyondAPlaceThatIsTooFarIsExcluded) {
+TEST(Reach, PlacesBeyondAnUnreachableOneAreExcluded) {
   Reach reach({1, 0, 0});
   EXPECT_FALSE(reach.excludes(slot_at("a", 2, 0, 0.5)));
   reach.exclude({slot_at("a", 2, 0, 0.5), /*too_far=*/true});

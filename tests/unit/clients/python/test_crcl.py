@@ -91,7 +91,7 @@ class Statuses(unittest.TestCase):
         self.assertIsNone(least.tool_in_reference)
         self.assertIsNone(least.holding)
 
-    def test_what_is_none(self):
+    def test_other_input(self):
         for document in (b"", b"<a/>", b"<CRCLStatus/>", b"<CRCLStatus", status("x", "Done")):
             with self.assertRaises(ValueError, msg=document):
                 crcl.decode_status(document)
@@ -131,7 +131,7 @@ class Sessions(unittest.TestCase):
         with self.assertRaisesRegex(RobotError, "replaced by command 7"):
             over(7, "Working")
 
-    def test_what_cannot_be_a_status_ends_it(self):
+    def test_invalid_status_ends_the_connection(self):
         with self.assertRaises(Unreachable):
             self.session.feed(b"<html></CRCLStatus>")
         with self.assertRaisesRegex(Unreachable, "more than"):

@@ -134,7 +134,7 @@ class Faults(unittest.TestCase):
         self.assertEqual((message.at.seconds, message.at.nanos), (1, 250_000_000))
         self.assertTrue(message.HasField("duration"))
 
-    def test_what_cannot_be(self):
+    def test_invalid_arguments(self):
         with self.assertRaisesRegex(AprsimError, "exactly one"):
             faults.request("kind", "", {}, faults.Crossing("tool-force"), None)
         with self.assertRaisesRegex(AprsimError, "duration_s"):

@@ -7,7 +7,7 @@
 namespace aprsim::client {
 namespace {
 
-TEST(Endpoints, AreThoseOfThePortsFile) {
+TEST(Endpoints, ReadFromThePortsFile) {
   const test::TemporaryDirectory directory;
   const auto endpoints = read_ports_file(directory.write(
       "ports.json",
@@ -42,6 +42,30 @@ TEST(Endpoints, ASingleChoiceComesBeforeTheFile) {
   ASSERT_TRUE(endpoints) << endpoints.error().message;
   EXPECT_EQ(endpoints->grpc, 6003);
   EXPECT_EQ(crcl_port(*endpoints, "scout"), 6001);
+}
+
+TEST(Endpoints, AHostIsWrittenWithOrWithoutBrackets) {
+  for (const char* text : {"::1", "[::1]"}) {
+    EndpointChoice choice;
+    choice.host = text;
+    const auto endpoints = find_endpoints(choice);
+    ASSERT_TRUE(endpoints) << endpoints.error().message;
+    EXPECT_EQ(endpoints->host, "::1");
+    EXPECT_EQ(host_and_port(endpoints->host, 502), "[::1]:502");
+  }
+  EXPECT_EQ(host_and_port("127.0.0.1", 502), "127.0.0.1:502");
+  EXPECT_EQ(host_and_port("cell.lab", 502), "cell.lab:502");
+}
+
+TEST(Endpoints, ATextThatIsNoHostIsAFailure) {
+  for (const char* text : {"[::1", "::1]", "[]", "[cell]", "[::1]:502", "127.0.0.1:502", "a b"}) {
+    EndpointChoice choice;
+    choice.host = text;
+    const auto endpoints = find_endpoints(choice);
+    ASSERT_FALSE(endpoints) << text;
+    EXPECT_EQ(endpoints.error().kind, FailureKind::kUsage);
+    EXPECT_NE(endpoints.error().message.find(text), std::string::npos) << endpoints.error().message;
+  }
 }
 
 }  // namespace

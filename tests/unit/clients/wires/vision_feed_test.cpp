@@ -15,7 +15,7 @@ Endpoints camera_at(std::uint16_t port) {
   return endpoints;
 }
 
-TEST(VisionFeed, ReadsOneFrameAfterTheOtherHoweverTheyAreSent) {
+TEST(VisionFeed, ReadsFramesInAnySegmentation) {
   test::Listener listener;
   auto feed = VisionFeed::connect(camera_at(listener.port()), "fanuc");
   ASSERT_TRUE(feed) << feed.error().message;

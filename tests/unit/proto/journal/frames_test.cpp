@@ -53,6 +53,27 @@ std::vector<std::uint32_t> numbers_in(const std::string& file, std::string& dama
 
 using Numbers = std::vector<std::uint32_t>;
 
+TEST(Frames, AreRefusedBeforeTheyUnpackToMoreThanTheLimits) {
+  const std::string file = TwoFrames().file();
+  for (const UnpackedLimits& limits :
+       {UnpackedLimits{.frame = 50'000}, UnpackedLimits{.file = 10}}) {
+    auto decoder = FrameDecoder::open(file, limits);
+    ASSERT_TRUE(decoder.has_value());
+    EXPECT_TRUE(decoder->next().empty());
+    EXPECT_NE(decoder->damage().find("would unpack to"), std::string::npos) << decoder->damage();
+  }
+  // The limit of the file counts all frames: the first one uses it up.
+  std::size_t limit = 100'000;
+  while (FrameDecoder::open(file, {.file = limit})->next().empty()) ++limit;
+  auto decoder = FrameDecoder::open(file, {.file = limit});
+  while (!decoder->next().empty()) {
+  }
+  EXPECT_NE(decoder->damage().find("would unpack to"), std::string::npos) << decoder->damage();
+  FrameEncoder encoder;
+  encoder.add(numbered(1, kMaxFrameBytes));
+  EXPECT_THROW((void)encoder.take(), std::runtime_error);
+}
+
 TEST(Frames, ComeBackWhole) {
   std::string damage;
   EXPECT_EQ(numbers_in(TwoFrames().file(), damage), (Numbers{1, 2, 3}));
@@ -64,7 +85,7 @@ TEST(Frames, NothingGathersToNoFrame) {
   EXPECT_EQ(encoder.take(), "");
 }
 
-TEST(Frames, WhatIsCutOffAnywhereEndsWithTheLastCompleteFrame) {
+TEST(Frames, TruncatedFileEndsWithTheLastCompleteFrame) {
   const TwoFrames frames;
   const std::string whole = frames.file();
   const std::size_t one = kMagic.size() + frames.first.size();

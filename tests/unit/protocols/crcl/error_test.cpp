@@ -1,4 +1,4 @@
-// What puts a robot into an error, and how the error is held and shown.
+// Causes of a robot's error state, its latching and its report.
 
 #include "tests/unit/protocols/crcl/server_fixture.hpp"
 
@@ -73,7 +73,7 @@ TEST_F(Errors, ALoopAloneIsRefused) {
   initialize(client);
   client.command(11, "LoopBlockStartType", "<LoopName>l</LoopName>");
   expect(client.status(), 11, CommandState::kError,
-         "LoopBlockStartType stands only within a program: send the whole CRCLProgram, or expand "
+         "LoopBlockStartType is valid only within a program: send the whole CRCLProgram, or expand "
          "the loop.");
 }
 
@@ -126,7 +126,7 @@ TEST_F(Errors, AFullQueueIsAnError) {
   world_.refuse(Error{ErrorCode::kUnavailable, "queue", "256 commands wait already"});
   client.command(5, "MoveToType", move());
   expect(client.status(), 5, CommandState::kError,
-         "MoveToType not taken: 256 commands wait already");
+         "MoveToType not accepted: 256 commands wait already");
   client.command(6, "InitCanonType");
   EXPECT_EQ(client.status().command.state, CommandState::kError);
   world_.refuse(std::nullopt);

@@ -1,4 +1,4 @@
-// What injected faults do to a CRCL port, and that it is as before when they are over.
+// Effects of injected faults on a CRCL port, and its full recovery after they end.
 
 #include "tests/support/injected_faults.hpp"
 
@@ -135,7 +135,7 @@ TEST_F(PortFault, LateStatusesComeInOrderAndThenAtOnce) {
   EXPECT_EQ(client.status().command.status_id, first + 6);
 }
 
-TEST_F(PortFault, WhoOnlyListensStillGetsItsLateStatuses) {
+TEST_F(PortFault, ListenerStillGetsLateStatuses) {
   TestClient client(port_);
   client.status();
   faults_.begin(Kind::kCrclLateStatus, 0, {0.2});

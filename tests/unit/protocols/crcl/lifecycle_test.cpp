@@ -175,7 +175,8 @@ TEST_F(Lifecycle, AMessageIsShown) {
   expect(client.status(), 6, CommandState::kDone);
 }
 
-TEST_F(Lifecycle, AfterEndCanonTheRobotTakesNoMotion) {
+// The pendant client sends InitCanon only once, and jogs after a program.
+TEST_F(Lifecycle, EndCanonLeavesTheRobotInitialized) {
   TestClient client(port_);
   initialize(client);
   client.command(5, "EndCanonType");
@@ -185,9 +186,35 @@ TEST_F(Lifecycle, AfterEndCanonTheRobotTakesNoMotion) {
   client.command(6, "MessageType", "<Message>bye</Message>");
   expect(client.status(), 6, CommandState::kDone, "bye");
   client.command(7, "MoveToType", move());
-  expect(client.status(), 7, CommandState::kError,
-         "Not initialized when cmd=MoveToType received. Send InitCanon first.");
-  ticket(2);
+  world_.report(0, ticket(3), ActionState::kDone);
+  expect(client.status(), 7, CommandState::kDone);
+  client.command(8, "SetEndEffectorType", "<Setting>0</Setting>");
+  EXPECT_EQ(action<api::SetGripper>(ticket(4)).setting, 0);
+}
+
+// As NIST's servers name it: the type, with the command's own name behind.
+TEST_F(Lifecycle, AStatusNamesTheCommand) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "DwellType", "<DwellTime>1</DwellTime>");
+  EXPECT_EQ(client.status().command.name, "DwellType");
+  const auto named = [&](const std::string& name) {
+    client.send(crcl::instance("DwellType", "<Name>" + name +
+                                                "</Name><CommandID>6</CommandID>"
+                                                "<DwellTime>1</DwellTime>"));
+    return client.status().command.name.value_or("none");
+  };
+  EXPECT_EQ(named("settle"), "DwellTypesettle");
+  EXPECT_EQ(named("DwellType7"), "DwellType");
+  EXPECT_EQ(named(std::string(200, 'x')).size(), 120U);
+}
+
+TEST_F(Lifecycle, TheDescriptionIsEmptyWhereThereIsNothingToSay) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(0, "GetStatusType");
+  const std::string document = client.read_document();
+  EXPECT_NE(document.find("<StateDescription></StateDescription>"), std::string::npos) << document;
 }
 
 TEST_F(Lifecycle, TheProgramPositionIsEchoed) {
@@ -288,7 +315,7 @@ TEST_F(Lifecycle, ASavedStateOfAStoppedRobotIsInErrorUntilInitCanon) {
   expect(client.status(), 7, CommandState::kDone);
 }
 
-TEST_F(Lifecycle, ASavedStateOfAnEndedSessionWantsInitCanon) {
+TEST_F(Lifecycle, ASavedStateOfAnEndedProgramGoesOn) {
   TestClient client(port_);
   initialize(client);
   client.command(5, "EndCanonType");
@@ -304,10 +331,11 @@ TEST_F(Lifecycle, ASavedStateOfAnEndedSessionWantsInitCanon) {
   world_.publish([&](api::Snapshot& next) {
     ++next.epoch;
     next.robots[0].action = ended;
+    next.robots[0].initialized = true;
   });
   expect(client.status(), 5, CommandState::kDone, "The cell went on from a saved state.");
   client.command(7, "MoveToType", move());
-  EXPECT_EQ(client.status().command.state, CommandState::kError);
+  expect(client.status(), 7, CommandState::kWorking);
 }
 
 TEST_F(Lifecycle, ACompletedCommandStaysDone) {
@@ -330,6 +358,40 @@ TEST_F(Lifecycle, MotionGoesOnWhenTheClientLeaves) {
   }
   witness.wait_for([&](const crcl::Status&) { return server_->stats().open == 1; });
   expect(witness.status(), 5, CommandState::kWorking);
+  ticket(2);
+}
+
+// A controller that was killed, or a cable that was cut: the robot stops, as by NIST's servers.
+TEST_F(Lifecycle, AConnectionThatIsLostStopsTheRobot) {
+  TestClient witness(port_);
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "MoveToType", move());
+  ticket(2);
+  expect(client.status(), 5, CommandState::kWorking);
+  client.reset();
+  const crcl::Status status = witness.wait_for(
+      [](const crcl::Status& now) { return now.command.state == CommandState::kError; });
+  EXPECT_EQ(status.command.command_id, 5);
+  const std::string why = status.command.description.value_or("");
+  EXPECT_EQ(why.rfind("The connection of 127.0.0.1:", 0), 0U) << why;
+  EXPECT_NE(why.find(" was lost: Connection reset by peer"), std::string::npos) << why;
+  EXPECT_EQ(action<api::StopMotion>(ticket(3)).kind, api::StopKind::kFast);
+  witness.command(6, "InitCanonType");
+  world_.report(0, ticket(4), ActionState::kDone);
+  expect(witness.status(), 6, CommandState::kDone);
+}
+
+TEST_F(Lifecycle, AReaderThatIsLostStopsNothing) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "MoveToType", move());
+  ticket(2);
+  TestClient reader(port_);
+  reader.status();
+  reader.reset();
+  client.wait_for([&](const crcl::Status&) { return server_->stats().open == 1; });
+  expect(client.status(), 5, CommandState::kWorking);
   ticket(2);
 }
 

@@ -1,4 +1,4 @@
-// What a robot's configuration picks where servers differ.
+// Settings of a robot's configuration for behaviour in which servers differ.
 
 #include "tests/unit/protocols/crcl/server_fixture.hpp"
 
@@ -32,6 +32,8 @@ TEST_F(Policy, TargetsBeyondTheCartesianLimitsAreRefusedByDefault) {
   CrclServerOptions options;
   options.cartesian_max_R = Eigen::Vector3d(1, 1, 0.5);
   open(options);
+  client_->command(3, "EnableRobotParameterStatusType",
+                   "<RobotParameterName>limits</RobotParameterName>");
   EXPECT_EQ(client_->status().settings->max_cartesian, (crcl::Vector{1000, 1000, 500}));
   EXPECT_EQ(client_->status().settings->min_cartesian, (crcl::Vector{-10000, -10000, -10000}));
   client_->command(5, "MoveToType", move("<X>1</X><Y>2</Y><Z>500.5</Z>"));
@@ -56,6 +58,48 @@ TEST_F(Policy, TargetsBeyondTheLimitsMayBeClamped) {
   EXPECT_EQ(action<api::MoveJoints>(ticket(3)).targets.at(0).position_rad, 3);
   EXPECT_NE(client_->status().command.description->find("Joint 1 at 180.000 degree greater than"),
             std::string::npos);
+}
+
+TEST_F(Policy, TheScenesRobotDecidesUnlessConfigured) {
+  world_.publish([](api::Snapshot& next) {
+    auto cell = std::make_shared<api::CellDescription>(*next.cell);
+    cell->robots[0].clamps_targets = true;
+    next.cell = cell;
+  });
+  CrclServerOptions options;
+  options.cartesian_max_R = Eigen::Vector3d(1, 1, 0.5);
+  open(options);
+  const std::string target = move("<X>1</X><Y>2</Y><Z>500.5</Z>");
+  client_->command(5, "MoveToType", target);
+  expect(client_->status(), 5, CommandState::kWorking,
+         "Z at 500.500 millimeter greater than limit 500.000 millimeter, moved onto it");
+  options.clamp_targets = false;
+  start(options);
+  TestClient strict(port_);
+  strict.command(6, "InitCanonType");
+  strict.command(7, "MoveToType", target);
+  expect(strict.status(), 7, CommandState::kError,
+         "Z at 500.500 millimeter greater than limit 500.000 millimeter: out of reach");
+}
+
+TEST_F(Policy, SetEndEffectorIsDoneOnceTheRobotHasIt) {
+  open({});
+  client_->command(5, "SetEndEffectorType", "<Setting>0</Setting>");
+  ticket(2);
+  world_.publish([](api::Snapshot& next) { next.applied = 2; });
+  world_.report(0, 2, ActionState::kWorking);
+  expect(client_->status(), 5, CommandState::kDone);
+}
+
+TEST_F(Policy, SetEndEffectorMayWaitForTheGripper) {
+  CrclServerOptions options;
+  options.wait_for_end_effector = true;
+  open(options);
+  client_->command(5, "SetEndEffectorType", "<Setting>0</Setting>");
+  world_.report(0, ticket(2), ActionState::kWorking);
+  expect(client_->status(), 5, CommandState::kWorking);
+  world_.report(0, 2, ActionState::kDone);
+  expect(client_->status(), 5, CommandState::kDone);
 }
 
 TEST_F(Policy, JointTargetsBeyondTheLimitsAreTheRobotsToRefuse) {

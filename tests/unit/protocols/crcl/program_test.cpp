@@ -96,7 +96,7 @@ TEST_F(Programs, EndWithTheirClientIfToldSo) {
   ticket(2);
 }
 
-// What needs nothing of the robot takes its time all the same.
+// Commands that need no motion are paced, too.
 TEST_F(Programs, ArePaced) {
   TestClient client(port_);
   const auto began = std::chrono::steady_clock::now();
@@ -214,7 +214,7 @@ TEST_F(Programs, DoNotRunForARunProgramThatRequiresAGuardTrigger) {
   ticket(1);  // InitCanon alone
 }
 
-TEST_F(Programs, OfAnotherLanguageAreRefused) {
+TEST_F(Programs, InAnotherLanguageAreRefused) {
   TestClient client(port_);
   initialize(client);
   client.command(7, "RunProgramType", "<ProgramText>10 PRINT</ProgramText>");

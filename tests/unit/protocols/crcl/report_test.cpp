@@ -1,4 +1,4 @@
-// What a connection's statuses contain, and in which units.
+// Contents and units of a connection's statuses.
 
 #include <filesystem>
 #include <numbers>
@@ -11,12 +11,12 @@ namespace {
 
 using Report = ReportTest;
 
-TEST_F(Report, ByDefaultPositionsPoseAndSettings) {
+TEST_F(Report, DefaultsToPositionsPoseAndSettings) {
   TestClient client(port_);
   const crcl::Status status = client.status();
   ASSERT_EQ(status.joints.size(), 6U);
   EXPECT_EQ(status.joints[1].joint, 2);
-  EXPECT_DOUBLE_EQ(*status.joints[1].position, 0.2 * 180 / std::numbers::pi);
+  EXPECT_NEAR(*status.joints[1].position, 0.2 * 180 / std::numbers::pi, 1e-6);
   EXPECT_EQ(status.joints[1].velocity, std::nullopt);
   EXPECT_EQ(status.joints[1].torque, std::nullopt);
   ASSERT_TRUE(status.pose);
@@ -34,6 +34,22 @@ TEST_F(Report, ByDefaultPositionsPoseAndSettings) {
   EXPECT_DOUBLE_EQ(status.settings->rot_speed->value, 180);
 }
 
+TEST_F(Report, NumbersHaveTheDigitsThatCarryMeaning) {
+  world_.publish([](api::Snapshot& next) {
+    next.robots[0].X_RT.p = {0.123456789123, 1.0 / 3, -1e-12};
+    next.robots[0].joints[0].position_rad = 1.0 / 3;
+  });
+  TestClient client(port_);
+  client.command(1, "GetStatusType");
+  const std::string document = client.read_document();
+  const auto has = [&](const std::string& text) {
+    EXPECT_NE(document.find(text), std::string::npos) << text << " in " << document;
+  };
+  has("<X>123.456789</X><Y>333.333333</Y><Z>0</Z>");
+  has("<JointPosition>19.098593</JointPosition>");
+  has("<ZAxis><I>0</I><J>0</J><K>-1</K></ZAxis>");
+}
+
 TEST_F(Report, UnitsBelongToTheConnection) {
   TestClient client(port_);
   TestClient other(port_);
@@ -44,7 +60,7 @@ TEST_F(Report, UnitsBelongToTheConnection) {
   EXPECT_NEAR(in_m.x * 1000, before.x, 1e-9);
   EXPECT_EQ(client.status().settings->trans_speed, (crcl::Rate{false, 0.25}));
   client.command(6, "SetLengthUnitsType", unit("inch"));
-  EXPECT_NEAR(client.status().pose->pose.point.y * 25.4, before.y, 1e-9);
+  EXPECT_NEAR(client.status().pose->pose.point.y * 25.4, before.y, 1e-6);
   EXPECT_EQ(other.status().pose->pose.point, before);
   EXPECT_EQ(other.status().settings->length_unit, crcl::LengthUnit::kMillimeter);
   client.command(7, "InitCanonType");
@@ -56,8 +72,8 @@ TEST_F(Report, AnglesOfJointsStayInDegrees) {
   initialize(client);
   client.command(5, "SetAngleUnitsType", unit("radian"));
   const crcl::Status status = client.status();
-  EXPECT_DOUBLE_EQ(*status.joints[0].position, 0.1 * 180 / std::numbers::pi);
-  EXPECT_DOUBLE_EQ(status.settings->rot_speed->value, std::numbers::pi);
+  EXPECT_NEAR(*status.joints[0].position, 0.1 * 180 / std::numbers::pi, 1e-6);
+  EXPECT_NEAR(status.settings->rot_speed->value, std::numbers::pi, 1e-8);
   EXPECT_EQ(status.settings->angle_unit, crcl::AngleUnit::kRadian);
 }
 

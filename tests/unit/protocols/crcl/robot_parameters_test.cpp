@@ -1,4 +1,4 @@
-// Sensors, parameters, grippers: what clients switch on and set, and what statuses tell of it.
+// Sensors, parameters and grippers: client settings and their report in statuses.
 
 #include <numbers>
 
@@ -25,6 +25,10 @@ class Services : public ServerTest {
            "</ParameterValue></" + element + ">";
   }
   static std::string sensor(const std::string& id) { return "<SensorID>" + id + "</SensorID>"; }
+  static void request(TestClient& client, const std::string& part) {
+    client.command(8, "EnableRobotParameterStatusType",
+                   "<RobotParameterName>" + part + "</RobotParameterName>");
+  }
   void expect_refused(const std::string& type, const std::string& body, const std::string& reason) {
     client_->command(6, type, body);
     expect(client_->status(), 6, CommandState::kError, reason);
@@ -37,7 +41,7 @@ class Services : public ServerTest {
 };
 
 TEST_F(Services, SensorsReportOnceEnabledUnderTheNameThatTheClientGave) {
-  EXPECT_FALSE(client_->status().sensors);
+  EXPECT_EQ(client_->status().sensors, crcl::SensorStatuses{}) << "an empty element";
   client_->command(6, "EnableSensorType",
                    sensor("MotoFit") + parameter("host", "192.168.1.1", "SensorOption"));
   client_->command(7, "EnableSensorType", sensor("ATINetFT"));
@@ -108,12 +112,12 @@ TEST_F(Services, TheLightCurtainIsASensorWithItsBeamsWhereThereIsOne) {
   EXPECT_NEAR(seen.scalar[0].value, 750, 1e-9);
   EXPECT_NEAR(seen.scalar[1].value, 2400, 1e-9);
   client.command(7, "DisableSensorType", sensor("light_curtain"));
-  EXPECT_FALSE(client.status().sensors);
+  EXPECT_EQ(client.status().sensors, crcl::SensorStatuses{});
 }
 
 /// Whatever clients enable and set under names of their own, a status stays one that others can
 /// read.
-TEST_F(Services, WhatIsKeptForClientsIsBounded) {
+TEST_F(Services, BoundTheirMemoryForClients) {
   int id = 100;
   const auto send = [&](const std::string& type, const std::string& body) {
     client_->command(++id, type, body);
@@ -187,7 +191,8 @@ TEST_F(Services, ParametersAreKeptAndReported) {
   expect_refused("EnableRobotParameterStatusType",
                  "<RobotParameterName>nonsense</RobotParameterName>",
                  "Unknown robot parameter nonsense; there are speed_override, simulated_time, "
-                 "protective_stop, drives and those that have been set");
+                 "protective_stop, drives, twist, wrench, configuration, limits and those that "
+                 "have been set");
 }
 
 TEST_F(Services, WhetherTheDrivesAreOnCanBeRead) {
@@ -258,7 +263,7 @@ TEST_F(Services, TheGripperReportsWhenEnabled) {
                  "Unknown gripper hand; this robot has fanuc_gripper");
 }
 
-TEST_F(Services, AReportHasEverythingThatTheRobotKnows) {
+TEST_F(Services, AReportHasEverythingThatTheRobotKnowsOnRequest) {
   world_.publish([](api::Snapshot& next) {
     api::RobotSnapshot& robot = next.robots[0];
     robot.v_RT = {0.1, 0, 0};
@@ -269,21 +274,33 @@ TEST_F(Services, AReportHasEverythingThatTheRobotKnows) {
   });
   client_->command(6, "SetForceUnitsType", "<UnitName>pound</UnitName>");
   client_->command(7, "SetTorqueUnitsType", "<UnitName>footPound</UnitName>");
-  const crcl::Status status = client_->status();
+  crcl::Status status = client_->status();
+  EXPECT_FALSE(status.pose->twist || status.pose->wrench || status.pose->configuration);
+  EXPECT_TRUE(status.settings->joint_limits.empty());
+  EXPECT_FALSE(status.settings->max_cartesian || status.settings->min_cartesian);
+  for (const char* part : {"twist", "wrench", "configuration", "limits"}) request(*client_, part);
+  status = client_->status();
   EXPECT_NEAR(status.pose->twist->linear.x, 100, 1e-9);
   EXPECT_NEAR(status.pose->twist->angular.z, 180, 1e-9);
-  EXPECT_NEAR(status.pose->wrench->force.x, 1, 1e-9);
-  EXPECT_NEAR(status.pose->wrench->moment.y, 1, 1e-9);
+  EXPECT_NEAR(status.pose->wrench->force.x, 1, 1e-6);
+  EXPECT_NEAR(status.pose->wrench->moment.y, 1, 1e-6);
   EXPECT_EQ(status.pose->configuration, "front, elbow down, no flip");
   ASSERT_EQ(status.settings->joint_limits.size(), 6U);
   const crcl::JointLimits& limits = status.settings->joint_limits[1];
   EXPECT_EQ(limits.joint, 2);
-  EXPECT_NEAR(*limits.min_position, -3 * 180 / std::numbers::pi, 1e-9);
-  EXPECT_NEAR(*limits.max_velocity, 5 * 180 / std::numbers::pi, 1e-9);
-  EXPECT_NEAR(*limits.max_torque, 50 / 1.3558179483314, 1e-9);
+  EXPECT_NEAR(*limits.min_position, -3 * 180 / std::numbers::pi, 1e-6);
+  EXPECT_NEAR(*limits.max_velocity, 5 * 180 / std::numbers::pi, 1e-6);
+  EXPECT_NEAR(*limits.max_torque, 50 / 1.3558179483314, 1e-6);
   EXPECT_EQ(status.settings->max_cartesian, (crcl::Vector{10000, 10000, 10000}));
   EXPECT_EQ(status.settings->min_cartesian, (crcl::Vector{-10000, -10000, -10000}));
   EXPECT_EQ(status.command.override_percent, 100);
+  TestClient other(port_);
+  EXPECT_FALSE(other.status().pose->twist) << "of each connection";
+  client_->command(9, "DisableRobotParameterStatusType",
+                   "<RobotParameterName>twist</RobotParameterName>");
+  status = client_->status();
+  EXPECT_FALSE(status.pose->twist);
+  EXPECT_TRUE(status.pose->wrench);
 }
 
 TEST_F(Services, ASevenAxisArmTellsItsElbow) {
@@ -292,6 +309,8 @@ TEST_F(Services, ASevenAxisArmTellsItsElbow) {
   start(options);
   world_.publish([](api::Snapshot& next) { next.robots[1].posture = {-1, 1, -1, 0.5}; });
   TestClient client(port_);
+  client.command(4, "InitCanonType");
+  request(client, "configuration");
   EXPECT_EQ(client.status().pose->configuration,
             "joint 2 -, joint 4 +, joint 6 -, elbow at 28.648 degree");
 }

@@ -1,4 +1,4 @@
-// What a connection's commands become, in SI units.
+// Conversion of a connection's commands to SI units.
 
 #include <numbers>
 

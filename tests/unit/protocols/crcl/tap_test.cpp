@@ -1,4 +1,4 @@
-// What the listener shows to a tap.
+// Records that the listener sends to a wire tap.
 
 #include "tests/unit/protocols/crcl/server_fixture.hpp"
 

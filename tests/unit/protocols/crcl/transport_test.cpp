@@ -1,10 +1,12 @@
 // Sockets: splitting, limits, peers that misbehave, shutting down.
 
+#include <cmath>
 #include <random>
 #include <thread>
 #include <vector>
 
 #include "tests/support/eventually.hpp"
+#include "tests/support/injected_faults.hpp"
 #include "tests/unit/protocols/crcl/server_fixture.hpp"
 
 namespace aprsim::crcl_server {
@@ -186,6 +188,79 @@ TEST_F(Transport, PeersThatVanishHarmNobody) {
   wait_for_open(1);
   EXPECT_EQ(witness.status().command.state, CommandState::kDone);
   EXPECT_EQ(server_->stats().dropped, 0U);
+}
+
+// Commands that clients have sent, in their order: the connection of each is its last digit.
+class GoneClients : public Transport {
+ protected:
+  static std::string rate(int mm_s) {
+    return crcl::instance("SetTransSpeedType",
+                          "<CommandID>7</CommandID><TransSpeed "
+                          "xsi:type=\"TransSpeedAbsoluteType\"><Setting>" +
+                              std::to_string(mm_s) + "</Setting></TransSpeed>");
+  }
+};
+
+TEST_F(GoneClients, TheirUnreadCommandsDoNotGetBetweenThoseOfTheNext) {
+  TestClient first(port_);
+  initialize(first);
+  constexpr int kClients = 50;
+  std::string flood;
+  for (int i = 0; i < 400; ++i) flood += rate(100);
+  for (int i = 0; i < kClients; ++i) TestClient(port_).send(flood);
+  // All have closed. Nearly all of what they have sent is unread.
+  TestClient next(port_);
+  next.command(8, "InitCanonType");
+  next.send(rate(200) + rate(201));
+  expect(next.status(), 7, CommandState::kDone);
+  wait_for_open(2);
+  expect(next.status(), 7, CommandState::kDone);
+  const std::vector<api::Command> taken = world_.commands();
+  ASSERT_GE(taken.size(), 4U);
+  const auto speed = [&](std::size_t from_end) {
+    const auto& action = std::get<api::RobotCommand>(taken[taken.size() - from_end].body).action;
+    const auto* set = std::get_if<api::SetMotionLimit>(&action);
+    return set == nullptr ? 0 : std::lround(set->value * 1e3);
+  };
+  EXPECT_EQ(speed(1), 201);
+  EXPECT_EQ(speed(2), 200);
+  const auto& before = std::get<api::RobotCommand>(taken[taken.size() - 3].body).action;
+  EXPECT_TRUE(std::holds_alternative<api::InitRobot>(before)) << "nothing of theirs in between";
+  EXPECT_EQ(server_->stats().refused, 0U);
+}
+
+// While an injected fault holds the document at hand back, nothing is read from the peer.
+TEST_F(GoneClients, TheirCommandsAreDroppedAlsoWhileReadingPauses) {
+  test::InjectedFaultsOf faults(world_);
+  TestClient client(port_);
+  initialize(client);
+  faults.begin(faults::Kind::kCrclSlow, 0, {0.3});
+  std::string commands;
+  for (int i = 0; i < 12; ++i) commands += rate(100);
+  TestClient(port_).send(commands);
+  wait_for([&] { return server_->stats().accepted == 2; });
+  wait_for_open(1);
+  EXPECT_LT(world_.commands().size(), 13U) << "of one that has closed";
+
+  const std::size_t before = world_.commands().size();
+  TestClient lost(port_);
+  lost.send(commands);
+  wait_for([&] { return server_->stats().commands > 5; });
+  lost.reset();
+  wait_for_open(1);
+  EXPECT_LT(world_.commands().size(), before + 12) << "of one that was reset";
+}
+
+// One turn of them, as much as a program that sends and leaves at once may have meant.
+TEST_F(GoneClients, WhatTheySendLastIsExecuted) {
+  TestClient client(port_);
+  initialize(client);
+  std::string commands;
+  for (int i = 0; i < 12; ++i) commands += rate(100);
+  TestClient(port_).send(commands);
+  wait_for([&] { return server_->stats().accepted == 2; });
+  wait_for_open(1);
+  EXPECT_EQ(world_.commands().size(), 13U);
 }
 
 TEST_F(Transport, IdleConnectionsEndOnlyWhenConfigured) {

@@ -103,6 +103,8 @@ TEST_F(WireJoints, ReportsAreInTheirUnitsSensesAndNumbers) {
   EXPECT_EQ(joints[2].joint, 7);
   EXPECT_EQ(*joints[2].position, 0);
 
+  client_->command(7, "EnableRobotParameterStatusType",
+                   "<RobotParameterName>limits</RobotParameterName>");
   const std::vector<crcl::JointLimits> limits = client_->status().settings->joint_limits;
   ASSERT_EQ(limits.size(), 6U) << "none for a number that no joint has";
   EXPECT_NEAR(*limits[0].min_position, -100'000, 1e-6);

@@ -76,7 +76,7 @@ TEST(CallRoles, EveryRowIsOfSomethingThatThereIs) {
   }
 }
 
-TEST(CallRoles, WhatHasNoRowIsForAdmins) {
+TEST(CallRoles, CallsWithoutARowAreForAdmins) {
   EXPECT_EQ(protocols::role_needed("aprsim.v1.ControlService/Destroy"), protocols::Role::kAdmin);
   EXPECT_EQ(protocols::role_needed("/aprsim.v1.ControlService/Pause"), protocols::Role::kOperate);
   EXPECT_EQ(protocols::role_needed("/healthz"), protocols::Role::kNone);

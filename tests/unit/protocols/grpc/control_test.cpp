@@ -41,6 +41,26 @@ TEST_F(Control, PauseAndResumeTakeEffectBeforeTheAnswer) {
   EXPECT_TRUE(simulation_command<api::Resume>(commands[1]).has_value());
 }
 
+/// The simulation takes no step at all, as on a machine that starves it.
+TEST_F(Control, StopsAreAnsweredWithoutAStep) {
+  start();
+  cell_->hold();
+  grpc::ClientContext first, second, third;
+  v1::PauseResponse paused;
+  EXPECT_TRUE(control_->Pause(&first, {}, &paused).ok());
+  EXPECT_EQ(paused.receipt().ticket(), 1U);
+  v1::SetConveyorRequest stop;
+  stop.set_emergency_stop(true);
+  v1::SetConveyorResponse stopped;
+  EXPECT_TRUE(control_->SetConveyor(&second, stop, &stopped).ok());
+  // All else waits for its effect.
+  set_deadline(third, 300ms);
+  v1::ResumeResponse resumed;
+  EXPECT_EQ(control_->Resume(&third, {}, &resumed).error_code(),
+            grpc::StatusCode::DEADLINE_EXCEEDED);
+  EXPECT_EQ(cell_->commands().size(), 3U);
+}
+
 TEST_F(Control, SpeedArrivesAsFactorOrMaximum) {
   start();
   v1::SetSpeedRequest request;

@@ -60,7 +60,7 @@ TEST_F(Reading, SnapshotCarriesWhatIsLostAndWhatTheSolverFailedAt) {
     s.bodies[0].lost_step = 4711;
     s.robots[0].gripper.holding = false;
     s.robots[0].gripper.held_body = -1;
-    s.solver_failures = {.not_converged = 2, .worst_m_s = 3e-9};
+    s.solver_failures = {.not_converged = 2, .max_residual_m_s = 3e-9};
     s.solver_step = {.iterations = 7, .residual_m_s = 2e-10};
     s.world_stops = 5;
   });
@@ -73,7 +73,7 @@ TEST_F(Reading, SnapshotCarriesWhatIsLostAndWhatTheSolverFailedAt) {
   EXPECT_FALSE(snapshot.robots(0).gripper().has_held_index());
   EXPECT_EQ(snapshot.robots(0).gripper().held_kind(), v1::BODY_KIND_UNSPECIFIED);
   EXPECT_EQ(snapshot.solver_failures().not_converged(), 2u);
-  EXPECT_EQ(snapshot.solver_failures().worst_m_s(), 3e-9);
+  EXPECT_EQ(snapshot.solver_failures().max_residual_m_s(), 3e-9);
   EXPECT_EQ(snapshot.solver_step().iterations(), 7u);
   EXPECT_EQ(snapshot.solver_step().residual_m_s(), 2e-10);
   EXPECT_EQ(snapshot.world_stops(), 5u);

@@ -56,7 +56,10 @@ TEST_F(Serving, HealthServesAllNamesAndFollowsTheWorld) {
   start();
   EXPECT_EQ(health(channel_, ""), "serving");
   EXPECT_EQ(health(channel_, "aprsim.v1.TelemetryService"), "serving");
-  EXPECT_EQ(health(channel_, "aprsim.v1.ControlService"), "serving");
+  for (const char* service : {"aprsim.v1.ControlService", "aprsim.v1.HistoryService",
+                              "aprsim.v1.JournalService", "aprsim.crcl.v1.RobotService"}) {
+    EXPECT_EQ(health(channel_, service), "serving") << service;
+  }
   EXPECT_EQ(health(channel_, "aprsim.v1.NoService"), "not found");
   cell_->publish([](auto& s) { s.world_fault = "gear_1 left the cell"; });
   EXPECT_TRUE(eventually([&] { return health(channel_, "") == "not serving"; }));

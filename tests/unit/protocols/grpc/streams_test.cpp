@@ -102,7 +102,7 @@ TEST_F(Steps, TellChangesOfACellThatStandsAndNoneTwiceOfOneThatRuns) {
   context.TryCancel();
 }
 
-TEST_F(Steps, WhoIsTooFarBehindIsEndedAloneAndToldSo) {
+TEST_F(Steps, EndTheStreamOfASlowReaderOnly) {
   begin({.max_backlog_samples = 500, .write_timeout = 10s}, 300);  // some 40 kB a sample
   grpc::ClientContext slow_context, quick_context;
   v1::StreamSnapshotsResponse response;
@@ -288,7 +288,7 @@ TEST_F(EventsOfTheCell, ThatAreGoneAreOutOfRangeOrCounted) {
   EXPECT_FALSE(reader->Read(&response));
 }
 
-TEST_F(EventsOfTheCell, OfKindsThatThereAreNot) {
+TEST_F(EventsOfTheCell, RefuseUnknownKinds) {
   begin();
   auto request = after(0);
   request.add_kinds(static_cast<v1::CellEventKind>(99));

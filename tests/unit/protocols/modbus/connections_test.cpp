@@ -218,6 +218,25 @@ TEST_F(Connections, AWriterThatVanishesStillTakesEffect) {
   EXPECT_EQ(reader.ask(adu(pdu(3, {0x8002, 2}))), adu({3, 4, 0x80, 0, 0, 99}));
 }
 
+// Unread writes of a flooding client do not come between the writes of the next client.
+TEST_F(Connections, AClientThatHasClosedHasOneTurnOfItsWritesExecuted) {
+  start();
+  cell_.hold();
+  constexpr std::uint16_t kWrites = 100, kTurn = 16;
+  {
+    RawClient client(port_);
+    ASSERT_TRUE(client.send(adu(pdu(6, {0x8000, 1}))));
+    ASSERT_TRUE(eventually([&] { return cell_.commands().size() == 1; }));
+    for (std::uint16_t i = 1; i <= kWrites; ++i) {
+      ASSERT_TRUE(client.send(adu(pdu(6, {0x8010, i}))));
+    }
+  }
+  cell_.apply();
+  ASSERT_TRUE(eventually([&] { return server_->stats().open == 0; }));
+  RawClient reader(port_);
+  EXPECT_EQ(reader.ask(adu(pdu(3, {0x8010, 1}))), adu({3, 2, 0, kTurn}));
+}
+
 TEST_F(Connections, AnIdleClientIsClosedOnlyWhenConfigured) {
   start({.idle_timeout = 50ms});
   RawClient client(port_);

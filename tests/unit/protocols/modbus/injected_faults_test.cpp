@@ -1,4 +1,4 @@
-// What injected faults do to the PLC's port, and that it is as before when they are over.
+// Effects of injected faults on the PLC's port, and its full recovery after they end.
 
 #include "tests/support/injected_faults.hpp"
 

@@ -84,6 +84,36 @@ TEST_F(ListenerTest, AnUnconfirmedWriteEndsInAnException) {
   EXPECT_EQ(client.ask(adu(pdu(3, {0x8000, 1}))), adu({3, 2, 0, 1})) << "late, but it is the truth";
 }
 
+/// The simulation takes no step at all, as on a machine that starves it.
+TEST_F(ListenerTest, AStopIsConfirmedWithoutAStep) {
+  start({.apply_deadline = 60s});
+  cell_.hold();
+  RawClient client(port_);
+  std::uint16_t transaction = 0;
+  for (const Bytes& stop : {pdu(6, {0x8000, 0}), pdu(5, {0x8002, 0xFF00}), pdu(5, {0x8000, 0}),
+                            write_words(0x8000, {0, 1, 15000}), pdu(22, {0x8000, 0, 0})}) {
+    const auto reply = client.ask(adu(stop, ++transaction));
+    ASSERT_TRUE(reply) << transaction;
+    EXPECT_EQ((*reply)[7], stop[0]) << transaction << ": no exception";
+  }
+  // What it has written is what it reads.
+  Bytes body = pdu(23, {0x8000, 3, 0x8000, 3});
+  body.insert(body.end(), {6, 0, 0, 0, 0, 0x27, 0x10});
+  EXPECT_EQ(client.ask(adu(body, 40)), adu({23, 6, 0, 0, 0, 0, 0x27, 0x10}, 40));
+  EXPECT_EQ(server_->stats().exceptions, 0U);
+}
+
+TEST_F(ListenerTest, AStopIsServedBeyondTheRateOfRequests) {
+  start({.max_requests_per_s = 1});
+  RawClient client(port_);
+  std::uint16_t transaction = 0;
+  while (client.ask(adu(pdu(3, {0x8000, 1}), ++transaction)).value()[7] == 3) {
+    ASSERT_LT(transaction, 1000);
+  }
+  const Bytes stop = adu(pdu(6, {0x8000, 0}), ++transaction);
+  EXPECT_EQ(client.ask(stop), stop);
+}
+
 TEST_F(ListenerTest, ABusySimulationIsException6) {
   start();
   cell_.refuse(Error{ErrorCode::kUnavailable, "queue", "full"});
@@ -162,7 +192,7 @@ TEST_F(ListenerTest, AnotherUnitsRequestsAreRefusedWhenConfigured) {
   EXPECT_EQ(client.ask(adu(kReadThree, 7, 3)), adu({0x83, 11}, 7, 3));
 }
 
-TEST_F(ListenerTest, WhoAsksTooOftenIsToldBusyAndNobodyElse) {
+TEST_F(ListenerTest, AnswersBusyToAFloodingClientOnly) {
   start({.max_requests_per_s = 5});
   RawClient hasty(port_), calm(port_);
   int busy = 0;

@@ -80,7 +80,7 @@ TEST(ReplyBuilder, LongestReadsAreWhole) {
   }
 }
 
-TEST(ReplyBuilder, WhatIsNoFrameGivesNoReply) {
+TEST(ReplyBuilder, GivesNoReplyToOtherBytes) {
   ReplyBuilder builder = ReplyBuilder::create().value();
   EXPECT_TRUE(builder.build({}, {}).empty());
   EXPECT_TRUE(builder.build(Bytes(7, 0), {}).empty());

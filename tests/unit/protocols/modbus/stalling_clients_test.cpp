@@ -51,7 +51,7 @@ Bytes flood() {
   return stream;
 }
 
-TEST_F(StallingClients, WhoNeverReadsIsBoundedAndDropped) {
+TEST_F(StallingClients, AreBoundedAndDroppedWhenTheyNeverRead) {
   start({.write_timeout = 200ms});
   RawClient client(port_, 4096);
   const Bytes stream = flood();

@@ -127,7 +127,7 @@ TEST_F(ConnectionLimiterTest, NewcomersNeverFindTheTableFullOfOthers) {
   EXPECT_EQ(limiter_->open(), 4U);
 }
 
-TEST_F(ConnectionLimiterTest, WhatIsKeptIsNeverIdle) {
+TEST_F(ConnectionLimiterTest, KeptConnectionIsNeverIdle) {
   limit({.at_once = 1, .yield_after = 0s});
   EXPECT_TRUE(take("A1"));
   held_.at("A1").keep();

@@ -54,7 +54,7 @@ TEST(WireTrace, TellsOfAConnectionFromItsOpeningToItsEnd) {
   EXPECT_EQ(kept.records[3].text, "by the client");
 }
 
-TEST(WireTrace, WhatIsAnsweredAtOnceIsHandedOverBehindItsAnswerWithTheTimeAtWhichItCame) {
+TEST(WireTrace, RecordsARequestBehindItsImmediateAnswer) {
   test::FakeCell cell;
   Kept kept;
   const auto at_step = [&](std::uint64_t step) {

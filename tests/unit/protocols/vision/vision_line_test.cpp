@@ -27,7 +27,7 @@ TEST(VisionLine, SixFieldsAnObjectATrailingCommaAndALineFeed) {
             "sku_kit_m2l1_vessel,3.1400,-1000.000,1000.000,0.80,KT,\n");
 }
 
-TEST(VisionLine, WhatIsNotDetectedLeavesAnEmptySlotWhenWanted) {
+TEST(VisionLine, CanReportAnEmptySlotForAMissedPart) {
   api::VisionFrame frame;
   frame.detections = {{1, 0.1, 0.2, 0.3, 1}};
   const auto objects = test::parse_vision_line(vision_line(frame, three_bodies(), true));

@@ -142,7 +142,7 @@ TEST_F(VisionServerTest, ManyClientsGetTheSameAndOneTooManyIsClosed) {
   }));
 }
 
-TEST_F(VisionServerTest, WhatClientsSendIsIgnoredAndAHalfClosedOneStillGetsFrames) {
+TEST_F(VisionServerTest, IgnoresInputAndServesHalfClosedClients) {
   options.repeat = 10s;
   VisionClient client(start());
   client.say("is anybody there?\r\n");

@@ -1,4 +1,4 @@
-// What viewers learn of injected faults, and what becomes of those that they ask for.
+// Viewers' requests to inject faults, and the fault list that viewers receive.
 #include "tests/unit/protocols/web/web_fixture.hpp"
 #include "world/api/faults/fault_kinds.hpp"
 
@@ -69,7 +69,7 @@ TEST_F(FaultRequest, IsAnsweredOnceTheCellHasTakenIt) {
   EXPECT_TRUE(outcome->outcome().ok());
 }
 
-TEST_F(FaultRequest, WhatTheCellRefusesIsTold) {
+TEST_F(FaultRequest, ReportsTheRefusalOfTheCell) {
   start();
   RawWebClient client(port);
   (void)client.upgrade();
@@ -92,7 +92,7 @@ TEST_F(FaultRequest, WhatTheCellRefusesIsTold) {
   EXPECT_EQ(outcome->outcome().message(), "no fault 9 waits or lasts");
 }
 
-TEST_F(FaultRequest, WhatCannotBeIsRefusedAtOnce) {
+TEST_F(FaultRequest, RefusesInvalidRequestsAtOnce) {
   start();
   RawWebClient client(port);
   (void)client.upgrade();

@@ -274,7 +274,7 @@ TEST_F(Http, TheViewerLimitHoldsForManyAtOnce) {
       test::eventually([&] { return has(RawWebClient(port).request("GET /ws HTTP/1.1"), "426"); }));
 }
 
-TEST_F(Http, WhoFindsNoRoomIsToldSo) {
+TEST_F(Http, AnswersBusyAtTheConnectionLimit) {
   options.listener.limits.at_once = 2;
   start();
   RawWebClient a(port), b(port);
@@ -288,6 +288,29 @@ TEST_F(Http, WhoFindsNoRoomIsToldSo) {
     ASSERT_TRUE(late.closed());
   }
   EXPECT_TRUE(has(RawWebClient(port).upgrade(), "503"));
+}
+
+TEST_F(Http, ServesTheDocuments) {
+  write("site/index.html", "<!doctype html><title>documents</title>");
+  write("site/reference/metrics.html", "<!doctype html><title>metrics</title>");
+  options.documents = directory() + "/site";
+  start();
+  EXPECT_TRUE(has(RawWebClient(port).request("GET /docs HTTP/1.1"), "url=/docs/"));
+  EXPECT_TRUE(has(RawWebClient(port).request("GET /docs/ HTTP/1.1"), "<title>documents"));
+  EXPECT_TRUE(has(RawWebClient(port).request("GET /docs/reference/metrics.html HTTP/1.1"),
+                  "<title>metrics"));
+  for (const char* path : {"/docs/secret.txt", "/docs/../secret.txt", "/docs/%2e%2e/secret.txt",
+                           "/docs/reference", "/docs/reference/"}) {
+    const std::string answer = RawWebClient(port).request(std::string("GET ") + path + " HTTP/1.1");
+    EXPECT_TRUE(answer.starts_with("HTTP/1.1 404")) << path << "\n" << answer;
+  }
+}
+
+TEST_F(Http, SaysHowToBuildMissingDocuments) {
+  options.documents = "/nonexistent";
+  start();
+  const std::string answer = RawWebClient(port).request("GET /docs/ HTTP/1.1");
+  EXPECT_TRUE(has(answer, "Run <code>docs/build</code>")) << answer;
 }
 
 TEST_F(Http, AMissingPageIsANotice) {

@@ -1,4 +1,4 @@
-// What viewers see of programs, and what becomes of their requests.
+// Viewers' requests to run programs, and the program status that viewers receive.
 #include "tests/unit/protocols/web/web_fixture.hpp"
 
 namespace aprsim {

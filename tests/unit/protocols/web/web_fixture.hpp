@@ -12,8 +12,8 @@
 
 namespace aprsim::test {
 
-/// A web server on a free port with two small files and a made-up world. What the options refer to
-/// is a member: the server uses it until it is destroyed.
+/// A web server on a free port with two small files and a simulated world. The objects that the
+/// options refer to are members, since the server uses them until it is destroyed.
 class WebFixture : public ::testing::Test {
  protected:
   WebFixture() {
@@ -39,6 +39,7 @@ class WebFixture : public ::testing::Test {
   }
 
   void write(const std::string& name, const std::string& text) { directory_.write(name, text); }
+  [[nodiscard]] std::string directory() const { return directory_.path(); }
 
  private:
   test::TemporaryDirectory directory_;

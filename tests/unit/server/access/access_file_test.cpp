@@ -86,7 +86,7 @@ TEST_F(AccessFiles, TokensAreMadeListedAndRemoved) {
   EXPECT_TRUE(read_access_file(path)->certificates.empty());
 }
 
-TEST_F(AccessFiles, WhatCannotBeDoneIsSaid) {
+TEST_F(AccessFiles, ReportsFaultyFiles) {
   ASSERT_EQ(command({"add", "alice", "--role", "view", "--file", path}), 0);
   const std::string before = text();
   const std::vector<std::tuple<std::vector<std::string>, int, std::string>> wrong{

@@ -42,15 +42,11 @@ TEST(Exposure, SaysWhoMayDoWhat) {
   const std::string open = " is open to other machines at 10.0.0.7:";
   EXPECT_EQ(exposures(open_to("10.0.0.7"), kPorts),
             (std::vector<std::string>{
-                "crcl.fanuc" + open + "1: nobody elsewhere is served (crcl.allow is empty)",
-                "grpc" + open +
-                    "2: whoever reaches it may look, nobody may command; nothing is "
-                    "encrypted",
-                "modbus" + open + "3: nobody elsewhere is served (modbus.allow is empty)",
-                "vision.fanuc" + open + "4: nobody elsewhere is served (vision.allow is empty)",
-                "web" + open +
-                    "5: whoever reaches it may look, nobody may command; nothing is "
-                    "encrypted"}));
+                "crcl.fanuc" + open + "1: no other machine is served (crcl.allow is empty)",
+                "grpc" + open + "2: anyone may view, nobody may command; not encrypted",
+                "modbus" + open + "3: no other machine is served (modbus.allow is empty)",
+                "vision.fanuc" + open + "4: no other machine is served (vision.allow is empty)",
+                "web" + open + "5: anyone may view, nobody may command; not encrypted"}));
   EXPECT_NE(exposures(open_to("2001:db8::7"), kPorts)[0].find("at [2001:db8::7]:1:"),
             std::string::npos);
 }
@@ -63,27 +59,28 @@ TEST(Exposure, CountsWhatOpensAndRestricts) {
     EXPECT_EQ(line.find("right-token"), std::string::npos);
   };
   config.crcl.allow = config.modbus.allow = config.vision.allow = {"10.0.0.0/8"};
-  expect(0, "whoever crcl.allow names may command the robot");
-  expect(2, "whoever modbus.allow names may command the belt");
-  expect(3, "whoever vision.allow names may look, nobody may command");
+  expect(0, "addresses in crcl.allow may command the robot");
+  expect(2, "addresses in modbus.allow may command the belt");
+  expect(3, "addresses in vision.allow may view, nobody may command");
   config.modbus.read_only = true;
-  expect(2, "whoever modbus.allow names may look, nobody may command");
+  expect(2, "addresses in modbus.allow may view, nobody may command");
   config.web.token = "right-token";
   for (const std::size_t listener : {1, 4}) {
-    expect(listener, "whoever reaches it may look, who has a token or certificate may command by");
+    expect(listener, "anyone may view, holders of a token or certificate may command by");
   }
   config.access.strangers_look = false;
   expect(1,
-         ": who has a token or certificate may look, who has a token or certificate may command");
+         ": holders of a token or certificate may view, holders of a token or certificate may "
+         "command");
   config.web.control = false;
-  expect(1, "who has a token or certificate may command");
-  expect(4, ": who has a token or certificate may look, nobody may command; nothing is encrypted");
+  expect(1, "holders of a token or certificate may command");
+  expect(4, ": holders of a token or certificate may view, nobody may command; not encrypted");
   config.tls.certificate = "certificate.pem";
   EXPECT_EQ(exposures(config, kPorts)[4].find("nothing is encrypted"), std::string::npos);
   config = open_to("10.0.0.7");
   config.access.insecure_control = true;
   for (const std::size_t listener : {1, 4}) {
-    expect(listener, "whoever reaches it may command the cell (access.insecure_control)");
+    expect(listener, "anyone may command the cell (access.insecure_control)");
   }
 }
 
@@ -99,7 +96,7 @@ TEST(Exposure, ProgramsAreForThisMachineUnlessToldOtherwise) {
   config.web.address = "10.0.0.7";
   EXPECT_EQ(exposures(config, {{"web", 5}}),
             std::vector<std::string>{"web is open to other machines at 10.0.0.7:5: whoever reaches "
-                                     "it may look, nobody may command; nothing is encrypted; who "
+                                     "it may view, nobody may command; not encrypted; who "
                                      "is admin may start programs"});
   config.web.control = false;
   EXPECT_FALSE(may_start_programs(config)) << "who may not command starts nothing";

@@ -48,9 +48,9 @@ TEST(ModbusConfig, ReadsItsRestrictionsAndPrintsThemForReading) {
 }
 
 TEST(PrintedConfig, GivesAnyTextBackAsItWas) {
-  const auto config = load_config(
-      "",
-      {{"scene", R"("a: b # \"c\" \\ [\t]")"}, {"crcl.address", "\"null\""}, {"crcl.ports", "{}"}});
+  const auto config = load_config("", {{"scene", R"("a: b # \"c\" \\ [\t]")"},
+                                       {"web.token_file", "\"null\""},
+                                       {"crcl.ports", "{}"}});
   ASSERT_TRUE(config.has_value()) << config.error().message;
   EXPECT_EQ(config->scene, "a: b # \"c\" \\ [\t]");
   const std::string file = testing::TempDir() + "aprsim-printed-config.yaml";
@@ -58,8 +58,23 @@ TEST(PrintedConfig, GivesAnyTextBackAsItWas) {
   const auto again = load_config(file, {});
   ASSERT_TRUE(again.has_value()) << again.error().message;
   EXPECT_EQ(again->scene, config->scene);
-  EXPECT_EQ(again->crcl.address, "null");
+  EXPECT_EQ(again->web.token_file, "null");
   EXPECT_NE(to_yaml(Config{}).find("scene: aprs\n"), std::string::npos) << "no quotes without need";
+}
+
+TEST(Addresses, OfIpv6NeedNoQuotes) {
+  for (const char* address : {"::", "::1", "fe80::1", "\"::\"", "localhost", "127.0.0.1"}) {
+    const auto config = load_config("", {{"modbus.address", address}});
+    ASSERT_TRUE(config.has_value()) << config.error().message;
+    EXPECT_EQ(config->modbus.address, address[0] == '"' ? "::" : address);
+  }
+  EXPECT_EQ(Config{}.modbus.address, "localhost");
+  for (const char* wrong : {"[::1]", "cell.lab", "1.2.3", "::1:502:", "null", "{}"}) {
+    const auto config = load_config("", {{"modbus.address", wrong}});
+    ASSERT_FALSE(config.has_value()) << wrong;
+    EXPECT_NE(config.error().message.find("modbus.address"), std::string::npos)
+        << config.error().message;
+  }
 }
 
 TEST(ModbusConfig, NamesTheKeyAndWhatIsWrongWithItsValue) {
@@ -193,7 +208,7 @@ TEST(KeyList, GivesKeysWithValuesThatCanBeSet) {
 TEST(KeyList, SaysWhatAKeyMeansAndAccepts) {
   const std::string list = key_list(Config{});
   EXPECT_NE(list.find("modbus.idle_timeout_ms=0\n"
-                      "    a connection without a request for so long is closed; 0 = never: "
+                      "    close a connection without a request for this time; 0 = never [ms]: "
                       "a whole number in [0, 86400000]\n"),
             std::string::npos)
       << list;

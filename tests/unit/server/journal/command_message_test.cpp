@@ -153,7 +153,7 @@ TEST(CommandMessage, EveryCommandComesBackBitForBit) {
                               std::variant_size_v<api::SceneCommand> + 2);
 }
 
-TEST(CommandMessage, WhatIsMissingOrUnknownIsNamed) {
+TEST(CommandMessage, NamesMissingAndUnknownFields) {
   v1::JournalCommand message;
   EXPECT_EQ(to_command(message).error().field, "command");
   message.mutable_robot();

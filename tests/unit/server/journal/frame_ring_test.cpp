@@ -65,7 +65,7 @@ TEST(FrameRing, TakesNoMoreMemoryThanItMay) {
   EXPECT_FALSE(ring.wants_beginning());
 }
 
-TEST(FrameRing, OfNoSizeKeepsNothing) {
+TEST(FrameRing, KeepsNothingWithoutSize) {
   FrameRing ring(1000, 0);
   ring.add(frame("A", 0, true));
   EXPECT_EQ(joined(ring.last(1, 0)), "");

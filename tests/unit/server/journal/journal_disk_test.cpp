@@ -2,6 +2,7 @@
 
 #include "server/journal/journal_disk.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdint>
@@ -84,7 +85,7 @@ TEST_F(JournalDiskTest, AFifoThatIsNotReadIsNotWaitedForAndItsGapIsTold) {
   JournalDisk disk(fifo, std::uint64_t{1} << 30, header_);
   // A pipe takes 64 KB, and 16 MB wait for its reader.
   constexpr std::uint64_t kFrames = 40;
-  for (std::uint64_t step = 0; step < kFrames; ++step) disk.put(frame(step, 1 << 20));
+  for (std::uint64_t step = 0; step < kFrames; ++step) disk.append(frame(step, 1 << 20));
   EXPECT_TRUE(disk.wants_beginning());
   // Who asks hears of it while nobody reads.
   EXPECT_EQ(disk.stats().gaps, 1U);
@@ -100,7 +101,7 @@ TEST_F(JournalDiskTest, AFifoThatIsNotReadIsNotWaitedForAndItsGapIsTold) {
     }
   };
   drain();
-  disk.put(frame(kFrames));
+  disk.append(frame(kFrames));
   drain();
   disk.finish(soon());
   drain();
@@ -117,11 +118,125 @@ TEST_F(JournalDiskTest, AFifoThatIsNotReadIsNotWaitedForAndItsGapIsTold) {
   EXPECT_EQ(disk.stats().gaps, 1U);
 }
 
+/// All files of a directory or beside a file, by name.
+std::vector<std::string> names_in(const std::string& directory) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(directory)) {
+    names.push_back(entry.path().filename().string());
+  }
+  std::ranges::sort(names);
+  return names;
+}
+
+TEST_F(JournalDiskTest, RunsInOneDirectoryHaveFilesOfTheirOwn) {
+  v1::JournalHeader other = header_;
+  header_.set_run_id("first");
+  other.set_run_id("second");
+  JournalDisk one(directory_.path(), 1 << 20, header_), two(directory_.path(), 1 << 20, other);
+  one.append(frame(1));
+  two.append(frame(2));
+  one.finish(soon());
+  two.finish(soon());
+  const auto names = names_in(directory_.path());
+  ASSERT_EQ(names.size(), 2U);
+  EXPECT_EQ(read(directory_.path() + '/' + names[0]).steps.size(), 1U);
+  EXPECT_EQ(read(directory_.path() + '/' + names[1]).steps.size(), 1U);
+}
+
+/// As after a crash and a restart by systemd.
+TEST_F(JournalDiskTest, ARunBeforeInTheSameFileIsKept) {
+  const std::string file = directory_.path() + "/run.journal";
+  for (std::uint64_t run = 1; run <= 3; ++run) {
+    // Small files, so that each run has three.
+    JournalDisk disk(file, 1, header_);
+    ASSERT_TRUE(disk.claim());
+    for (std::uint64_t part = 0; part < 3; ++part) disk.append(frame(10 * run + part));
+    disk.finish(soon());
+  }
+  EXPECT_EQ(names_in(directory_.path()),
+            (std::vector<std::string>{"run.journal", "run.journal.2", "run.journal.3",
+                                      "run.journal.old-1", "run.journal.old-1.2",
+                                      "run.journal.old-1.3", "run.journal.old-2",
+                                      "run.journal.old-2.2", "run.journal.old-2.3"}));
+  EXPECT_EQ(read(file + ".old-1.3").steps, std::vector<std::uint64_t>{12});
+  EXPECT_EQ(read(file + ".old-2").steps, std::vector<std::uint64_t>{20});
+  EXPECT_EQ(read(file).steps, std::vector<std::uint64_t>{30});
+}
+
+TEST_F(JournalDiskTest, AFileThatAnotherRunRecordsInIsRefused) {
+  const std::string file = directory_.path() + "/run.journal";
+  JournalDisk first(file, 1, header_), second(file, 1, header_);
+  ASSERT_TRUE(first.claim());
+  first.append(frame(1));
+  first.append(frame(2));  // its first file is closed by now
+  const auto refused = second.claim();
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("another process records"), std::string::npos)
+      << refused.error().message;
+  first.append(frame(3));
+  first.finish(soon());
+  EXPECT_EQ(read(file).steps, std::vector<std::uint64_t>{1});
+  EXPECT_EQ(read(file + ".2").steps, std::vector<std::uint64_t>{2});
+}
+
+TEST_F(JournalDiskTest, OthersCannotReadItsFiles) {
+  const mode_t before = ::umask(0);
+  JournalDisk one(directory_.path() + "/run.journal", 1, header_),
+      two(directory_.path(), 1, header_);
+  for (JournalDisk* disk : {&one, &two}) {
+    disk->append(frame(1));
+    disk->append(frame(2));
+    disk->finish(soon());
+  }
+  ::umask(before);
+  const auto names = names_in(directory_.path());
+  EXPECT_EQ(names.size(), 4U);
+  for (const std::string& name : names) {
+    struct stat status {};
+    ASSERT_EQ(::stat((directory_.path() + '/' + name).c_str(), &status), 0);
+    EXPECT_EQ(status.st_mode & 0777U, 0600U) << name;
+  }
+}
+
+TEST_F(JournalDiskTest, LinksToFilesAreNotFollowed) {
+  const std::string target = directory_.write("target", "not ours"),
+                    file = directory_.path() + "/run.journal";
+  for (const std::string& to : {target, directory_.path() + "/missing"}) {
+    std::filesystem::create_symlink(to, file);
+    JournalDisk disk(file, 1, header_);
+    const auto refused = disk.claim();
+    ASSERT_FALSE(refused) << to;
+    EXPECT_NE(refused.error().message.find("symbolic link"), std::string::npos);
+    std::filesystem::remove(file);
+  }
+  // A hard link is renamed as any file, and keeps what it had.
+  std::filesystem::create_hard_link(target, file);
+  JournalDisk disk(file, 1, header_);
+  disk.append(frame(1));
+  disk.finish(soon());
+  std::string content;
+  std::getline(std::ifstream(target), content);
+  EXPECT_EQ(content, "not ours");
+  EXPECT_EQ(read(file).steps.size(), 1U);
+}
+
+/// File names are bytes; strings of protobuf are UTF-8.
+TEST_F(JournalDiskTest, ANameThatIsNoUtf8CanBeReadAgain) {
+  header_.set_configuration("journal:\n  place: caf\xe9/run.journal\n");
+  const std::string file = directory_.path() + "/caf\xe9.journal";
+  JournalDisk disk(file, 1, header_);
+  disk.append(frame(1));
+  disk.finish(soon());
+  auto reader = aprsim::journal::JournalReader::open(file);
+  ASSERT_TRUE(reader) << reader.error().message;
+  EXPECT_EQ(reader->header().configuration(), "journal:\n  place: caf\\xe9/run.journal\n");
+}
+
 TEST_F(JournalDiskTest, AFifoWithoutAReaderHoldsNobodyUp) {
   const std::string fifo = directory_.path() + "/fifo";
   ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
   JournalDisk disk(fifo, std::uint64_t{1} << 30, header_);
-  for (std::uint64_t step = 0; step < 100; ++step) disk.put(frame(step));
+  for (std::uint64_t step = 0; step < 100; ++step) disk.append(frame(step));
   disk.finish(soon());
   EXPECT_EQ(disk.stats().records, 0U);
 }
@@ -131,15 +246,15 @@ TEST_F(JournalDiskTest, AReaderThatLeavesIsAGapForTheNext) {
   ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
   const int first = ::open(fifo.c_str(), O_RDONLY | O_NONBLOCK);
   JournalDisk disk(fifo, std::uint64_t{1} << 30, header_);
-  disk.put(frame(1));
+  disk.append(frame(1));
   ::close(first);
-  disk.put(frame(2));
+  disk.append(frame(2));
   const int second = ::open(fifo.c_str(), O_RDONLY | O_NONBLOCK);
   ASSERT_GE(second, 0);
   const auto deadline = soon();
   while (!disk.wants_beginning() && steady_clock::now() < deadline) {
   }
-  disk.put(frame(3));
+  disk.append(frame(3));
   disk.finish(soon());
   std::string bytes(1 << 16, '\0');
   const ssize_t got = ::read(second, bytes.data(), bytes.size());
@@ -160,7 +275,7 @@ TEST_F(JournalDiskTest, ADiskThatRunsFullLeavesWholeFramesAndItsGapIsTold) {
   const std::string file = path + "/run.journal", filler = path + "/filler";
   std::ofstream(filler) << std::string(1 << 20, 'x');
   JournalDisk disk(file, std::uint64_t{1} << 30, header_);
-  for (std::uint64_t step = 0; step < 10; ++step) disk.put(frame(step, 1 << 20));
+  for (std::uint64_t step = 0; step < 10; ++step) disk.append(frame(step, 1 << 20));
   const Read full = read(file);
   EXPECT_EQ(full.damage, "");
   EXPECT_EQ(full.steps, (std::vector<std::uint64_t>{0, 1}));
@@ -175,7 +290,7 @@ TEST_F(JournalDiskTest, ADiskThatRunsFullLeavesWholeFramesAndItsGapIsTold) {
   const auto deadline = soon();
   while (!disk.wants_beginning() && steady_clock::now() < deadline) {
   }
-  disk.put(frame(10));
+  disk.append(frame(10));
   disk.finish(soon());
   const Read rest = read(file + ".2");
   EXPECT_EQ(rest.damage, "");
@@ -195,7 +310,7 @@ TEST_F(JournalDiskTest, AFileThatHasNoRoomForItsHeaderIsNotLeftBehind) {
   const std::string file = path + "/run.journal";
   std::ofstream(path + "/filler") << std::string(64 << 10, 'x');
   JournalDisk disk(file, std::uint64_t{1} << 30, header_);
-  disk.put(frame(0));
+  disk.append(frame(0));
   EXPECT_FALSE(std::filesystem::exists(file));
   EXPECT_EQ(disk.stats().missing, 1U);
 }

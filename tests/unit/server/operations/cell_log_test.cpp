@@ -52,14 +52,14 @@ TEST_F(News, VirtualTimeStandsGoesAndIsLost) {
     now.virtual_time = std::make_shared<const api::VirtualTimeState>(time);
     return told();
   };
-  EXPECT_EQ(tell(), "- virtual time: stands until crcl.motoman asks for more\n");
+  EXPECT_EQ(tell(), "- virtual time: waits for a request of crcl.motoman\n");
   EXPECT_EQ(tell(), "");
   time = {.paced = true, .pacers = {"crcl.fanuc", "crcl.motoman"}};
   EXPECT_EQ(tell(), "- virtual time: paced by crcl.fanuc, crcl.motoman\n");
   time.expired = 1;
   time.pacers = {"crcl.fanuc"};
   const std::string expired = tell();
-  EXPECT_NE(expired.find("left behind (1 times so far)"), std::string::npos) << expired;
+  EXPECT_NE(expired.find("time goes on without it (1 times so far)"), std::string::npos) << expired;
   EXPECT_NE(expired.find("paced by crcl.fanuc\n"), std::string::npos) << expired;
   time = {.expired = 1, .fallbacks = 1};
   EXPECT_NE(tell().find("goes by the wall clock"), std::string::npos);
@@ -103,7 +103,7 @@ TEST_F(News, AStopIsToldEvenIfAResetFollowedAtOnce) {
   EXPECT_EQ(told(), "");
   now.epoch = 3;
   now.world_stops = 2;
-  EXPECT_EQ(told(), "! the simulation has stopped: reset since\n");
+  EXPECT_EQ(told(), "! the simulation has stopped: the cell was reset since\n");
 }
 
 TEST_F(News, TheSolversFailuresAreToldOncePerEpoch) {

@@ -16,7 +16,7 @@ constexpr auto kCounter = MetricsText::Type::Counter, kGauge = MetricsText::Type
 
 TEST(MetricsText, WritesNamesLabelsAndNumbersAsPrometheusReadsThem) {
   MetricsText out;
-  out.metric("a_total", kCounter, "What it counts.");
+  out.metric("a_total", kCounter, "Counted events.");
   out.sample(std::uint64_t{4711'000'000'000U}, {{"peer", "a \"b\" \\ c\nd"}, {"wire", "x"}});
   out.metric("b", kGauge, "Something.");
   out.sample(0.1);

@@ -115,7 +115,7 @@ TEST_F(PortsFileTest, DoesNotGoByTheProcessIdInTheFile) {
   OtherDaemon daemon(path());
   ASSERT_TRUE(test::eventually([&] { return fs::exists(path()); }));
   occupy("{\"pid\": " + std::to_string(::getpid()) + "}");  // as if it had our number
-  EXPECT_NE(refusal().find("belongs to the daemon"), std::string::npos);
+  EXPECT_NE(refusal().find("belongs to the running daemon"), std::string::npos);
 }
 
 TEST_F(PortsFileTest, GoesToOneOfManyThatStartAtOnce) {

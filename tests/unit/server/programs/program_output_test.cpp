@@ -28,7 +28,7 @@ TEST(ProgramOutput, ProgressIsTheLatest) {
   EXPECT_EQ(status.time_s, 0);
 }
 
-TEST(ProgramOutput, WhatIsSaidIsKeptAsLines) {
+TEST(ProgramOutput, KeepsOutputAsLines) {
   ProgramStatus status;
   EXPECT_FALSE(take_line(R"({"time_s": 1.25, "what": "fault begins: belt-jam"})", status));
   EXPECT_FALSE(take_line(R"({"who": "fanuc", "text": "is ready", "at_s": 0.5})", status));
@@ -38,7 +38,7 @@ TEST(ProgramOutput, WhatIsSaidIsKeptAsLines) {
   EXPECT_EQ(status.report, "kits 4\nright 3\n");
 }
 
-TEST(ProgramOutput, WhatIsNoJsonIsForTheLogToo) {
+TEST(ProgramOutput, LogsLinesThatAreNotJson) {
   ProgramStatus status;
   EXPECT_EQ(take_line("Traceback \x1b[31m(most recent call last):", status),
             "Traceback \\x1b[31m(most recent call last):");
@@ -46,7 +46,7 @@ TEST(ProgramOutput, WhatIsNoJsonIsForTheLogToo) {
   EXPECT_EQ(take_line("[1, 2]", status), "[1, 2]") << "no object";
 }
 
-TEST(ProgramOutput, WhatIsOfAnotherTypeIsLeftOut) {
+TEST(ProgramOutput, IgnoresValuesOfAnotherType) {
   ProgramStatus status;
   EXPECT_FALSE(take_line(R"({"progress": {"time_s": "soon", "placed": -1, "orders": [
       7, {"name": 3, "kits": 1e300, "done": null}]}, "what": [], "report": {}})",

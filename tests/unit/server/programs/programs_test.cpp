@@ -90,7 +90,7 @@ TEST_F(ProgramsTest, OneThatCannotBeStartedIsTold) {
 TEST_F(ProgramsTest, RefusesWhatCannotBe) {
   with({shell("waits", "echo here; exec sleep 1000"), {{"plain", ""}, {"/bin/true"}, ""}});
   EXPECT_EQ(programs->start("rm -rf", {}).error().message,
-            "'rm -rf' is no program that can be started here");
+            "'rm -rf' is not a program that can be started here");
   EXPECT_EQ(programs->start("plain", 3).error().field, "seed");
   EXPECT_EQ(programs->stop().error().message, "no program runs");
   ASSERT_TRUE(programs->start("waits", {}));
@@ -125,7 +125,7 @@ TEST_F(ProgramsTest, OneThatDoesNotEndIsKilledWithItsChildren) {
   ASSERT_TRUE(programs->stop());
   ASSERT_TRUE(ended());
   EXPECT_TRUE(programs->status()->failed);
-  EXPECT_EQ(programs->status()->ended, "killed: it did not end when it was told to");
+  EXPECT_EQ(programs->status()->ended, "killed: it did not end on SIGTERM");
   // Nobody here waits for the inner one; it is gone, or a corpse without a command line.
   EXPECT_TRUE(eventually([&] {
     std::ifstream command("/proc/" + std::to_string(inner) + "/cmdline");

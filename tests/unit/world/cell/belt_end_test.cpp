@@ -11,7 +11,7 @@ namespace {
 
 // The belt runs until trays and gears fall off its end, 0.9 m down, onto each other: however they
 // land and get stuck, nothing gets faster than a fall and the spin it can turn into.
-TEST(BeltEnd, WhatFallsOffItLandsInAHeap) {
+TEST(BeltEnd, PartsFallIntoAHeap) {
   const auto scene = std::make_shared<scene::Scene>(*test::load_scene("aprs"));
   World world(scene, 1);
   world.apply(1, api::ConveyorCommand{.run = true, .forward = false, .speed_m_s = 0.15});

@@ -64,7 +64,7 @@ TEST(CellReadings, MeasureTheWayToTheEndOfTheBeltAhead) {
   const scene::Conveyor& belt = *cell.settings.conveyor;
   const Eigen::Isometry3d X_WP = belt.X_WC.isometry() * Eigen::Translation3d(0.2, 0, 0.02);
   const std::array<physics::PhysicsWorld::Placement, 1> place{{{tray, X_WP}}};
-  cell.physics->put(place);
+  cell.physics->place(place);
   EXPECT_EQ(cell.readings().distance_to_belt_end(tray), std::nullopt) << "the belt is at rest";
   const auto run = [&](bool forward) {
     cell.conveyor.apply({.run = true,

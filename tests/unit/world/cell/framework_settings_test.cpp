@@ -1,5 +1,5 @@
-// The scenes against the settings that the APRS framework ships for them: what a robot's camera
-// shows while the robot is where these settings have it look for parts, and where they then grip.
+// The scenes against the settings that the APRS framework ships for them: the camera's
+// detections from each robot's inspection pose, and the grip poses that follow from them.
 
 #include <algorithm>
 #include <cmath>
@@ -23,7 +23,7 @@ struct CartBox {
   double min_x, max_x, min_y, max_y;
 };
 
-/// Of one robot, from the settings; millimetres and degrees as there.
+/// The settings of one robot, in their millimetres and degrees.
 struct Settings {
   const char* name;
   const char* scene;

@@ -1,5 +1,5 @@
-// What a robot of the cell feels of a part in its gripper, as its clients see it: force sensor,
-// joint torques, mount; and what it tells of a collision of that part.
+// The load of a held part as a robot's clients see it: force sensor, joint torques and mount; and
+// the report of a collision of that part.
 
 #include <cmath>
 

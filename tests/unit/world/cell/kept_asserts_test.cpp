@@ -17,7 +17,7 @@ bool keeps(const std::string& whose) {
   return std::ranges::find(kept, whose) != kept.end();
 }
 
-/// What a release build says of itself is what it does.
+/// A release build keeps the assertions that it reports.
 TEST(KeptAssertsDeathTest, OursAbort) {
   if (!keeps("aprsim")) GTEST_SKIP() << "built without";
   EXPECT_DEATH((void)robot::flange_pose(robot::ArmModel{}, Eigen::VectorXd::Zero(3)), "Assertion");

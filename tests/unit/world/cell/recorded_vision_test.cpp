@@ -158,7 +158,7 @@ Look look_at(const char* what, const std::vector<Frame>& frames) {
   return look;
 }
 
-/// What the camera of a robot at rest sends of the cell at rest.
+/// Frames that the camera of a robot at rest sends of the cell at rest.
 std::vector<Frame> our_frames(int robot, std::size_t count) {
   CellScript cell(load_scene("aprs_lab"));
   std::vector<Frame> frames;

@@ -53,6 +53,23 @@ Error edit_refusal(WorldPtr& world, const api::SceneCommand& command) {
   return done ? Error{} : done.error();
 }
 
+TEST(SceneEditor, AddsBodiesUpToALimitThatRemovalDoesNotRaise) {
+  WorldPtr world = cell_of("empty_belt");
+  const auto spawn = [&](std::size_t number) {
+    const Pose at{.p = {-1, 0.2 * static_cast<double>(number), 5}};
+    return api::SpawnBody{"sku_part_large_gear", "spare_" + std::to_string(number), at};
+  };
+  for (std::size_t i = 0; i < api::kMaxAddedBodies; ++i) {
+    const auto done = world::SceneEditor(world).apply(spawn(i));
+    ASSERT_TRUE(done) << i << ": " << done.error().message;
+  }
+  const Error refused = edit_refusal(world, spawn(api::kMaxAddedBodies));
+  EXPECT_EQ(refused.code, ErrorCode::kFailedPrecondition);
+  EXPECT_NE(refused.message.find("the limit is 100"), std::string::npos) << refused.message;
+  ASSERT_TRUE(world::SceneEditor(world).apply(api::RemoveBody{"spare_0"}));
+  EXPECT_EQ(edit_refusal(world, spawn(api::kMaxAddedBodies)).code, ErrorCode::kFailedPrecondition);
+}
+
 TEST(SceneEditor, EqualValueChangesNoBit) {
   WorldPtr edited = cell_of(), left = cell_of();
   for (auto* world : {edited.get(), left.get()}) {

@@ -187,7 +187,7 @@ TEST(ToolChanger, OpenedInTheAirTheGripperFalls) {
   EXPECT_FALSE(now.protective_stop);
 }
 
-TEST(ToolChanger, WhatTheGripperHeldFallsWithIt) {
+TEST(ToolChanger, HeldPartFallsWithTheGripper) {
   CellScript cell(load_scene("aprs"));
   const auto& now = cell.now.robots[kWithChanger];
   const std::string gear = "part_large_gear_1";

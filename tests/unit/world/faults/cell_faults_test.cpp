@@ -1,5 +1,4 @@
-// What each fault of the belt, the parts, the cameras and the light curtain does in the cell, and
-// that it is over when it ends.
+// The effect of each fault of the belt, the parts, the cameras and the light curtain, and its end.
 
 #include <algorithm>
 #include <cmath>

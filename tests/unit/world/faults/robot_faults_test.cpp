@@ -1,4 +1,4 @@
-// What each fault of a robot and its gripper does in the cell, and that it is over when it ends.
+// The effect of each fault of a robot and its gripper, and its end.
 
 #include <cmath>
 #include <numbers>

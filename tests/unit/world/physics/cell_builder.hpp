@@ -58,7 +58,7 @@ class Bench {
   int steps = 0;
 };
 
-/// What a contact's side is called in the scene.
+/// Name of a contact's side in the scene.
 std::string name_of(const scene::Scene& scene, const PhysicsWorld& world,
                     const api::ContactSide& side);
 

@@ -34,7 +34,7 @@ double lowest_z(const Bench& bench, const std::string& body) {
   return bench.world->body(index).p_WB.z();
 }
 
-/// What a gear that flies at 10 m/s may meet.
+/// Obstacles of a gear that flies at 10 m/s.
 struct Target {
   const char* name;
   void (*add)(scene::Scene&);
@@ -99,8 +99,8 @@ INSTANTIATE_TEST_SUITE_P(Targets, TenMetresPerSecond,
                          [](const auto& target) { return std::string(target.param.name); });
 
 // A finger is driven along its rail to its end, and the part comes after it.
-/// What strikes a slope is thrown to the side, against a wall that it was not on its way to.
-TEST(Impact, WhereABlowThrowsABodyNothingIsEnteredDeeply) {
+/// A body that hits a slope is deflected to the side, against a wall outside of its former path.
+TEST(Impact, DeflectedBodiesEnterNothingDeeply) {
   std::mt19937_64 engine(9);
   std::uniform_real_distribution<double> unit(0, 1);
   double deepest = 0;
@@ -239,7 +239,7 @@ TEST_P(Rebound, OfAGearOnItsHub) {
 
 INSTANTIATE_TEST_SUITE_P(Restitution, Rebound, testing::Values(0.0, 0.1, 0.3, 0.5, 0.7, 0.9));
 
-// What is reported of the solver is what it did in the latest step, and part of the state.
+// The reported work of the solver is that of the latest step, and part of the state.
 TEST(SolverStep, IsThatOfTheLatestStep) {
   auto scene = empty_scene();
   add_table(scene);
@@ -269,7 +269,7 @@ double energy_j(const BodyState& body, const MassProperties& mass) {
          0.5 * omega_B.dot(mass.inertia * omega_B);
 }
 
-// What is dropped at a tilt comes to rest, and gains no energy as it does.
+// Bodies dropped at a tilt come to rest and gain no energy.
 TEST(TiltedDrop, RestsSoonAndGainsNoEnergy) {
   std::mt19937_64 engine(8);
   for (int round = 0; round < 40; ++round) {

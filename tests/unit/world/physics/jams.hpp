@@ -25,7 +25,7 @@ struct JamOutcome {
   std::uint64_t unsolved = 0;  ///< islands over the solver's tolerance
 };
 
-/// What is changed on purpose, to see what a comparison finds.
+/// Deliberate changes, to test the power of a comparison.
 struct JamChange {
   double nudge_m = 0;         ///< gears begin so far to the side, this way and that
   double friction_share = 1;  ///< of all friction that there is

@@ -1,4 +1,4 @@
-// What falls where nothing can catch it is lost, and nothing else notices.
+// A body that falls where nothing can catch it is lost, without an effect on the others.
 
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ scene::Scene over_the_edge(Simplification mode) {
 
 class Lost : public testing::TestWithParam<Simplification> {};
 
-TEST_P(Lost, WhatFallsOffASceneWithoutAFloorStopsNothing) {
+TEST_P(Lost, FallWithoutAFloorStopsNothing) {
   Bench bench(over_the_edge(GetParam()));
   bench.run(200);
   for (int i = 0; i < bench.world->body_count(); ++i) EXPECT_FALSE(bench.world->body(i).lost_step);

@@ -3,6 +3,7 @@
 #include "world/runtime/simulation.hpp"
 
 #include <functional>
+#include <optional>
 
 #include <gtest/gtest.h>
 
@@ -57,6 +58,38 @@ TEST_F(SimulationTest, StepsExactlyAsToldWhilePaused) {
   EXPECT_TRUE(after->paused);
   // A command that follows is applied without another step.
   EXPECT_EQ(command(api::Pause{})->step, 300U);
+}
+
+api::Command edit(int value) {
+  return {.endpoint = 3,
+          .body = api::SceneCommand(api::SetSceneValue{"physics.friction.gear_tray",
+                                                       "0." + std::to_string(value % 9 + 1)})};
+}
+
+class PacedSimulation : public SimulationTest {
+ protected:
+  PacedSimulation() : SimulationTest({.speed = 0.01}) {}
+};
+
+TEST_F(PacedSimulation, RefusesFloodsOfSceneChangesByNameOfTheirLimit) {
+  // Waiting edits are limited, too, by another message.
+  std::optional<Error> refused;
+  for (int i = 0; i < 10'000 && !refused; ++i) {
+    const auto ticket = simulation.submit(edit(i));
+    if (!ticket && ticket.error().field == "scene") refused = ticket.error();
+  }
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->code, ErrorCode::kUnavailable);
+  EXPECT_NE(refused->message.find("10 changes of the scene a second"), std::string::npos)
+      << refused->message;
+}
+
+TEST_F(SimulationTest, LetsAPausedCellBeChangedAsFastAsItsClientLikes) {
+  for (int i = 0; i < 60; ++i) {
+    const auto ticket = simulation.submit(edit(i));
+    ASSERT_TRUE(ticket) << i << ": " << ticket.error().message;
+    wait_for([&](const auto& now) { return now.applied >= *ticket; });
+  }
 }
 
 TEST_F(SimulationTest, CommandsTakeEffectWhilePaused) {

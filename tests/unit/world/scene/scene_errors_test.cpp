@@ -123,6 +123,8 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"simplification", "simplification: off", "simplification: @asleep",
              "physics.simplification",
              "found \"asleep\", expected one of off, virtual_joints, merge, dormant"},
+        Case{"name_of_the_frame", "name: second", "name: @world", "trays[1].name",
+             "found \"world\", expected another name, as \"world\" is the cell's own frame"},
         Case{"bad_name", "name: second", "name: @'second tray, old'", "trays[1].name",
              "found \"second tray, old\", expected a name of at most 64 letters, digits, '_', '-' "
              "and '.'"}),
@@ -133,6 +135,8 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Case{"tool_point_word", "self_collision: true", "crcl_tool_point: @palm",
              "robots[0].crcl_tool_point", "found \"palm\", expected one of tool, flange"},
+        Case{"out_of_range_word", "self_collision: true", "crcl_out_of_range: @ignore",
+             "robots[0].crcl_out_of_range", "found \"ignore\", expected one of refuse, clamp"},
         Case{"too_few", "self_collision: true", "crcl_joints: @[{joint: 1}]",
              "robots[0].crcl_joints", "found a list of 1, expected a list of 6 to 8 joints"},
         Case{"no_such_joint", "self_collision: true",

@@ -90,8 +90,8 @@ TEST_F(SceneFileErrors, UnknownSceneListsTheKnown) {
   const auto scene = load("ona");
   ASSERT_FALSE(scene.has_value());
   EXPECT_EQ(scene.error().code, ErrorCode::kNotFound);
-  EXPECT_EQ(scene.error().message, "scene: found no scene \"ona\" in " + directory_ +
-                                       ", expected one of one, two (did you mean one?)");
+  EXPECT_EQ(scene.error().message,
+            "scene: found no scene \"ona\", expected one of one, two (did you mean one?)");
 }
 
 TEST_F(SceneFileErrors, SyntaxErrorHasItsPlace) {

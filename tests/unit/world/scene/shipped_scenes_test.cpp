@@ -200,6 +200,8 @@ TEST(ShippedLab, RobotsSpeakTheLaboratorysConventions) {
   EXPECT_EQ(fanuc.tool_point_F->p, Eigen::Vector3d::Zero());
   EXPECT_EQ(fanuc.X_BR.p, Eigen::Vector3d(0, 0, 0.33));
   EXPECT_EQ(fanuc.gripper_names, std::vector<std::string>{"SCHUNK_MPG40"});
+  EXPECT_TRUE(fanuc.clamps_targets) << "as NIST's server of it";
+  EXPECT_FALSE(motoman.clamps_targets) << "its controller refuses";
   ASSERT_EQ(motoman.crcl_joints.size(), 8u);
   EXPECT_EQ(motoman.crcl_joints[2].joint, 3);
   EXPECT_EQ(motoman.crcl_joints[6].joint, 2);

@@ -68,7 +68,7 @@ TEST(LightCurtain, SomethingAroundTheEmitterReadsZero) {
   EXPECT_EQ(sensor.look(things).distance_m[0], 0);
 }
 
-/// What the culling must not change: every beam against every occluder, marched in small steps.
+/// Reference for the culling: every beam against every occluder, sampled in small steps.
 TEST(LightCurtain, AgreesWithPointsAlongEveryBeam) {
   std::mt19937 random(5);
   std::uniform_real_distribution<> any(-1, 1);

@@ -196,7 +196,7 @@ TEST_F(OverheadCameraTest, PassesOverWhatHasFallenOver) {
   EXPECT_EQ(seen[0].body, 0);
 }
 
-TEST_F(OverheadCameraTest, WhatIsBehindAnArmIsHidden) {
+TEST_F(OverheadCameraTest, ArmHidesPartsBehindIt) {
   add(gear(), standing(0, 0));
   add(gear(), standing(0.3, 0));
   hide_behind(robot::CapsuleShape{0.05, 0.2}, {0, 0, 1});
@@ -211,7 +211,7 @@ TEST_F(OverheadCameraTest, WhatIsBehindAnArmIsHidden) {
   EXPECT_EQ(look().size(), 2U) << "seen from the side, past the arm";
 }
 
-TEST_F(OverheadCameraTest, WhatIsBehindAnotherPartIsHidden) {
+TEST_F(OverheadCameraTest, PartHidesPartsBehindIt) {
   add(gear(), standing(0, 0));
   add(gear(), standing(0, 0) * Eigen::Translation3d(0, 0, 0.3));
   const robot::CylinderShape disc{0.04, 0.015};
@@ -301,7 +301,7 @@ TEST_F(OverheadCameraTest, TheSameSeedGivesTheSameBits) {
   EXPECT_NE(a.at(0).x_m, c.at(0).x_m);
 }
 
-TEST_F(OverheadCameraTest, WhatOneObjectDoesLeavesTheOthersNoiseAlone) {
+TEST_F(OverheadCameraTest, NoiseOfAnObjectIsIndependentOfTheOthers) {
   vision.position_noise_m = 0.001;
   add(gear(), standing(0, 0));
   add(gear(), standing(0.3, 0));

@@ -35,6 +35,7 @@ struct Axis {
   Vector3d n = Vector3d::Zero();  ///< from b into a
 };
 
+/// Projection radius of an oriented box on a unit axis (Ericson 2005, ch. 4.4.1).
 double reach(const Box& box, const Vector3d& n) {
   return box.half.dot((box.R.transpose() * n).cwiseAbs());
 }
@@ -51,6 +52,8 @@ double overlap(const Box& a, const Box& b, Vector3d& n) {
 
 /// The shallowest of the six face normals; false when one separates the boxes.
 bool face_axes(const Box& a, const Box& b, Axis& best) {
+  // A face axis must be clearly better to replace the one found so far. Otherwise rounding would
+  // choose, and the manifold would change from step to step.
   for (const bool of_a : {true, false}) {
     for (int i = 0; i < 3; ++i) {
       Vector3d n = of_a ? a.R.col(i) : b.R.col(i);
@@ -70,6 +73,8 @@ bool face_axes(const Box& a, const Box& b, Axis& best) {
 /// The shallowest direction across two edges; false when one separates the boxes.
 bool edge_axes(const Box& a, const Box& b, Axis& edge) {
   edge.kind = Axis::Kind::kEdges;
+  // Cross products of nearly parallel edges have no direction; the face axes cover that case
+  // (Ericson 2005, ch. 4.4.1).
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
       Vector3d n = a.R.col(i).cross(b.R.col(j));
@@ -123,6 +128,8 @@ Polygon opposing_face(const Box& box, const Vector3d& m) {
 /// Points of the incident box's face below the reference face. m: outward normal of that face.
 void face_manifold(const Box& reference, int axis, const Vector3d& m, const Box& incident,
                    const Vector3d& n, detail::Candidates& out) {
+  // Four clips against the side planes of the reference face leave the part of the incident face
+  // above it.
   Polygon face = opposing_face(incident, m);
   for (int k = 1; k < 3; ++k) {
     const int side = (axis + k) % 3;
@@ -146,6 +153,8 @@ void edge_contact(const Box& a, const Box& b, const Axis& axis, detail::Candidat
     if (k != axis.i) pa -= std::copysign(a.half[k], na[k]) * a.R.col(k);
     if (k != axis.j) pb += std::copysign(b.half[k], nb[k]) * b.R.col(k);
   }
+  // Closest points of two lines p_a + s u and p_b + t v: both directions are orthogonal to the
+  // connection.
   const Vector3d u = a.R.col(axis.i), v = b.R.col(axis.j), w = pb - pa;
   const double uv = u.dot(v), denominator = 1 - uv * uv;
   const double s = (u.dot(w) - uv * v.dot(w)) / denominator;
@@ -164,6 +173,7 @@ double deepest(const detail::Candidates& points) {
 void box_box(const Vector3d& size_a, const Isometry3d& X_WA, const Vector3d& size_b,
              const Isometry3d& X_WB, BodyIndex a, BodyIndex b, SurfacePair pair,
              std::vector<Contact>& out) {
+  // Bounding spheres first: most pairs from the broad phase end here.
   const double gap2 = (X_WA.translation() - X_WB.translation()).squaredNorm();
   const double radii = 0.5 * (size_a.norm() + size_b.norm());
   if (gap2 > radii * radii) return;

@@ -43,20 +43,22 @@ struct CircleBounds {
   }
 };
 
-/// Radius from the gear's axis and height of each sample; peaks of the depth that way_out() has.
+/// Radius from the gear's axis and height of each sample, and the candidates for maxima of the
+/// depth.
 struct Sampled {
-  RingValues r, z;
-  RingPeaks peaks;
+  CircleSamples r, z;
+  CandidateSamples peaks;
 };
 APRSIM_VECTOR_CLONES void sample(const Piece& piece, const CircleBasis& basis, double circle_r,
                                  const CircleBounds& bounds, Sampled& out) {
-  const RingValues x = basis.samples(0), y = basis.samples(1);
+  // Loops over the samples have no branches, so that the compiler vectorises them.
+  const CircleSamples x = basis.samples(0), y = basis.samples(1);
   out.z = basis.samples(2);
-  const RingValues& z = out.z;
+  const CircleSamples& z = out.z;
   const double low = piece.z0 - piece.low_reach, high = piece.z1 + piece.high_reach;
-  ClosedRing depth, behind, height;
-  RingValues most;
-  for (std::size_t i = 0; i < kRingSamples; ++i) {
+  ClosedCircleSamples depth, behind, height;
+  CircleSamples most;
+  for (std::size_t i = 0; i < kCircleSamples; ++i) {
     out.r[i] = std::sqrt(x[i] * x[i] + y[i] * y[i]);
     behind[i] = (piece.radius(z[i]) - out.r[i]) * piece.cosine;
     height[i] = z[i];
@@ -65,8 +67,10 @@ APRSIM_VECTOR_CLONES void sample(const Piece& piece, const CircleBasis& basis, d
     depth[i] = beyond < 0 ? std::min(least, beyond) : least;
   }
   for (auto* values : {&depth, &behind, &height}) values->back() = values->front();
-  // Between two samples a height bulges by the circle's, and the way through the side by the
-  // greatest second derivative of radius and height; that way also grows no faster than the arc.
+  // Bounds between two samples: the height bulges by that of the circle, the depth behind the side
+  // by the largest second derivative of radius and height. No depth grows faster than the arc.
+  // The bounds let most arcs be skipped without a search. They are safe: a sample's arc is dropped
+  // only if no point of it can be inside.
   const double rise = circle_r * bounds.sine;
   const double bend =
       circle_r * circle_r / bounds.r_min - bounds.r_min + bounds.off + std::abs(piece.slope) * rise;
@@ -75,22 +79,22 @@ APRSIM_VECTOR_CLONES void sample(const Piece& piece, const CircleBasis& basis, d
   const double over = kSampleBulge * rise + kBoundSlack;
   const double lowest = std::max(piece.z_out_low, low) - over;
   const double highest = std::min(piece.z_out_high, high) + over;
-  for (std::size_t i = 0; i < kRingSamples; ++i) {
+  for (std::size_t i = 0; i < kCircleSamples; ++i) {
     const double a = behind[i] + bulge, b = behind[i + 1] + bulge;
     const double z_a = height[i], z_b = height[i + 1];
-    most[i] = std::min(most_of_both(a, b, z_a - lowest, z_b - lowest),
-                       most_of_both(a, b, highest - z_a, highest - z_b));
+    most[i] = std::min(upper_bound_of_min(a, b, z_a - lowest, z_b - lowest),
+                       upper_bound_of_min(a, b, highest - z_a, highest - z_b));
   }
-  out.peaks = find_peaks(depth, most, circle_r);
+  out.peaks = find_candidate_samples(depth, most, circle_r);
 }
 
-/// The deepest points; returns the longest way out.
+/// Adds the deepest points; returns the largest depth.
 double touch_deepest(const Piece& piece, const CircleBasis& basis, double circle_r,
                      const Sampled& sampled, const Isometry3d& X_SG, Candidates& out) {
   double longest = 0;
-  const auto way_at = [&](const CirclePoint& at) { return way_out_along(piece, at); };
-  ring_maxima(sampled.peaks, basis, circle_r, way_at, [&](const RingMaximum& found) {
-    longest = std::max(longest, found.way.depth);
+  const auto exit_at = [&](const CirclePoint& at) { return penetration_exit_along(piece, at); };
+  circle_extrema(sampled.peaks, basis, circle_r, exit_at, [&](const CircleMaximum& found) {
+    longest = std::max(longest, found.exit.depth);
     add_edge_point(piece, found.at.p, found.at.by_step.normalized(), X_SG, out);
   });
   return longest;
@@ -100,18 +104,19 @@ double touch_deepest(const Piece& piece, const CircleBasis& basis, double circle
 /// the arc that lies under the face. `over`: how far the circle bulges in height between samples.
 void touch_end(double z_end, double r_end, double outward, double longest, const CircleBasis& basis,
                const Sampled& sampled, double over, const Isometry3d& X_SG, Candidates& out) {
-  RingValues inside;
-  for (std::size_t i = 0; i < kRingSamples; ++i) inside[i] = r_end - sampled.r[i];
+  CircleSamples inside;
+  for (std::size_t i = 0; i < kCircleSamples; ++i) inside[i] = r_end - sampled.r[i];
   const auto may_be_under = [&](int i) {
     const double a = outward * (z_end - at_sample(sampled.z, i));
     const double b = outward * (z_end - at_sample(sampled.z, i + 1));
     return std::max(a, b) + over > 0 && std::min(a, b) - over < kEndShare * longest;
   };
+  // Roots of r_end - r(angle) bound the arc under the face.
   const auto inside_at = [&](const CirclePoint& at) {
     const double x = at.p.x(), y = at.p.y(), r = length(x, y);
     return std::pair(r_end - r, -(x * at.by_step.x() + y * at.by_step.y()) / r);
   };
-  ring_crossings(inside, basis, may_be_under, inside_at, [&](const Vector3d& q) {
+  circle_crossings(inside, basis, may_be_under, inside_at, [&](const Vector3d& q) {
     const double depth = outward * (z_end - q.z());
     if (depth <= kEndShare * longest) out.add(X_SG * q, -outward * X_SG.linear().col(2), depth);
   });
@@ -120,10 +125,12 @@ void touch_end(double z_end, double r_end, double outward, double longest, const
 /// Does the plane that touches the piece's side towards the circle's centre keep all points of the
 /// circle outside that are between the heights of the piece?
 bool kept_aside(const Piece& piece, const Circle& circle, const CircleBounds& bounds) {
-  constexpr double kLevel = 1e-3;  // sine of a tilt: below, the least radius of the circle tells
+  constexpr double kLevel = 1e-3;  // sine of the tilt below which the radius bound decides
   if (bounds.off < circle.r || bounds.sine < kLevel) return false;
+  // Separating plane: tangent to the cone in the meridian plane through the circle's centre. The
+  // support of the circle against it is known in closed form.
   const Vector3d &c = circle.c, &n = circle.axis;
-  // How fast the way out through the plane grows up the circle and level along it.
+  // How fast the exit through the plane grows up the circle and level along it.
   const double towards = (c.x() * n.x() + c.y() * n.y()) / bounds.off;
   const double beside = (c.y() * n.x() - c.x() * n.y()) / bounds.off;
   const double up = (piece.slope * bounds.sine + n.z() * towards / bounds.sine) * piece.cosine;
@@ -142,6 +149,7 @@ bool kept_aside(const Piece& piece, const Circle& circle, const CircleBounds& bo
 
 /// Can any point of the circle touch the side or an end's rim?
 bool may_touch(const Piece& piece, const CircleBounds& circle) {
+  // Interval tests in height and radius, the two coordinates of a solid of revolution.
   const double z0 = piece.z0 - piece.low_reach, z1 = piece.z1 + piece.high_reach;
   if (circle.z_max < z0 || circle.z_min > z1) return false;
   // Between the least and the greatest radius of the side at the circle's heights.

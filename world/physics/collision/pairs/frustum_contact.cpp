@@ -4,23 +4,29 @@
 
 #include "world/physics/collision/shapes/length.hpp"
 
+// Contact of a point of an edge with a frustum. A convex body's contact normal at an edge lies
+// between the normals of the two faces that meet there (Ericson 2005, ch. 5.1.8 for edges;
+// Gregorius, "The Separating Axis Test", GDC 2013, for Gauss maps). Distances are exact: along a
+// meridian a frustum is a trapezium.
 namespace aprsim::physics::detail {
 namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// Ways out through side and end that differ by less than this share are one through the rim.
+/// Exits through side and end that differ by less than this share are one through the rim.
 constexpr double kCorner = 0.05;
 /// Edge and rim more parallel than this (sine) touch face to face.
 constexpr double kAlongRim = 0.05;
 
 Vector3d side_normal(const Piece& piece, const Vector3d& q, double r) {
+  // Outward normal of the cone r = r0 + slope (z - z0): (1, -slope) in the meridian plane, scaled
+  // by the cosine.
   return {q.x() / r * piece.cosine, q.y() / r * piece.cosine, -piece.slope * piece.cosine};
 }
 
 /// Edge against rim, as two edges of polyhedra: the normal is across both. False when the edge runs
-/// along the rim, or one of the faces alone is the way out.
+/// along the rim, or one of the faces alone is the exit.
 bool add_rim_crossing(const Piece& piece, const Vector3d& q, double r, bool low, const Vector3d& d,
                       const Isometry3d& X_SG, Candidates& out) {
   if (!(low ? piece.low_exposed : piece.high_exposed)) return false;
@@ -30,6 +36,7 @@ bool add_rim_crossing(const Piece& piece, const Vector3d& q, double r, bool low,
   if (sine < kAlongRim) return false;
   const Vector3d side = side_normal(piece, q, r), end(0, 0, low ? -1 : 1);
   n *= (n.dot(side + end) < 0 ? -1 : 1) / sine;
+  // Gauss map of the rim: a normal beyond the two faces' normals belongs to a face, not to the rim.
   if (n.dot(side) < 0 || n.dot(end) < 0) return false;
   const double rim_r = low ? piece.r0 : piece.r1, rim_z = low ? piece.z0 : piece.z1;
   const Vector3d rim(q.x() / r * rim_r, q.y() / r * rim_r, rim_z);
@@ -39,41 +46,44 @@ bool add_rim_crossing(const Piece& piece, const Vector3d& q, double r, bool low,
 
 }  // namespace
 
-WayOut way_out(const Piece& piece, double r, double z) {
+PenetrationExit penetration_exit(const Piece& piece, double r, double z) {
   // The nearest of the side and both ends.
-  WayOut way{(piece.radius(z) - r) * piece.cosine, kThroughSide};
+  PenetrationExit exit{(piece.radius(z) - r) * piece.cosine, kThroughSide};
+  // The minimum translation to leave a convex body is the least of the distances to its faces.
   const double low = z - piece.z_out_low, high = piece.z_out_high - z;
-  if (low < way.depth) way = {low, kThroughLow};
-  if (high < way.depth) way = {high, kThroughHigh};
+  if (low < exit.depth) exit = {low, kThroughLow};
+  if (high < exit.depth) exit = {high, kThroughHigh};
   // Above or below the piece there is nothing to leave.
   const double beyond = std::min(z - piece.z0 + piece.low_reach, piece.z1 + piece.high_reach - z);
-  if (beyond < 0 && beyond < way.depth) way = {beyond, kOutside};
-  return way;
+  if (beyond < 0 && beyond < exit.depth) exit = {beyond, kOutside};
+  return exit;
 }
 
-SlopedWay way_out_along(const Piece& piece, const CirclePoint& at) {
+ExitWithGradient penetration_exit_along(const Piece& piece, const CirclePoint& at) {
   const double x = at.p.x(), y = at.p.y(), z = at.p.z(), z_on = at.by_step.z();
   const double r = length(x, y);
-  SlopedWay way{way_out(piece, r, z)};
-  switch (way.kind) {
+  ExitWithGradient exit{penetration_exit(piece, r, z)};
+  switch (exit.kind) {
     case kThroughSide: {
+      // d r / d s = (x x' + y y') / r. The product with r, `turn`, has the same sign and is better
+      // behaved near the axis, where d r / d s jumps.
       const double r_on = x * at.by_step.x() + y * at.by_step.y();  // times r
-      way.turn = (piece.slope * z_on * r - r_on) * piece.cosine;
-      way.slope = r > 0 ? way.turn / r : 0;
-      return way;
+      exit.turn = (piece.slope * z_on * r - r_on) * piece.cosine;
+      exit.slope = r > 0 ? exit.turn / r : 0;
+      return exit;
     }
     case kThroughLow:
-      way.slope = z_on;
+      exit.slope = z_on;
       break;
     case kThroughHigh:
-      way.slope = -z_on;
+      exit.slope = -z_on;
       break;
     default:
-      way.left_out = true;
-      way.slope = z - piece.z0 + piece.low_reach < piece.z1 + piece.high_reach - z ? z_on : -z_on;
+      exit.excluded = true;
+      exit.slope = z - piece.z0 + piece.low_reach < piece.z1 + piece.high_reach - z ? z_on : -z_on;
   }
-  way.turn = way.slope;
-  return way;
+  exit.turn = exit.slope;
+  return exit;
 }
 
 void add_side_point(const Piece& piece, const Vector3d& q, const Isometry3d& X_SG,

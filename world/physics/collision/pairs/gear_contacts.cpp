@@ -30,6 +30,7 @@ void find_near_pockets(const detail::GearShape& gear, const Isometry3d& X_PG,
                        const scene::TrayType& tray, NearPockets& near) {
   const Vector3d centre = X_PG * gear.middle();
   const double radius = length(gear.r_max, 0.5 * (gear.z_high - gear.z_low));
+  // The order of the tray is the order of the contacts, and so part of the reproducible result.
   for (const scene::Slot& slot : tray.slots) {
     const scene::Pocket& p = slot.pocket;
     // Bound of the mouth without a tangent: chamfers are at most as wide as 6 times their depth.
@@ -49,6 +50,8 @@ void mouth_on_gear(const detail::GearShape& gear, const Isometry3d& X_PG,
     circle.c = X_PG.linear().transpose() * (Vector3d(pocket.x, pocket.y, z) - X_PG.translation());
     detail::circle_on_gear(gear, X_PG, circle, out);
   };
+  // Two circular edges per pocket: the mouth and, below a chamfer, the edge between chamfer and
+  // wall.
   touch(pocket.r_mouth, 0);
   if (pocket.chamfered()) touch(pocket.r_edge, pocket.z_edge);
 }
@@ -59,6 +62,8 @@ detail::Prism half_v(const Pad& pad, double groove_depth, double side) {
   const double mouth = groove_depth * std::tan(pad.v_half_angle_rad);
   const double c = std::cos(pad.v_half_angle_rad), s = std::sin(pad.v_half_angle_rad);
   // Counter-clockwise from the rear; the halves mirror each other.
+  // Convex decomposition: the notch is concave. The internal side has no exit, so that no contact
+  // pushes a peg from one half into the other.
   detail::Prism prism;
   prism.sides = 5;
   const Vector2d rear(0, back), corner(side * half, back), front(side * half, 0),
@@ -89,6 +94,8 @@ void gear_box(const detail::GearShape& gear, const Isometry3d& X_WG, const Vecto
   const Isometry3d X_SG = X_WS.inverse(Eigen::Isometry) * X_WG;
   detail::Candidates points;
   const detail::Prism box = detail::box_prism(-0.5 * size, 0.5 * size);
+  // Gear and box are convex: their contact is the gear's rims on the box's faces and the box's
+  // edges on the gear.
   if (!detail::gear_on_prism(gear, X_SG, box, {}, points)) return;
   detail::emit_reduced_by_axis(points, X_SG.linear().col(2), {X_WS, a, b, pair, out});
 }
@@ -111,6 +118,8 @@ void gear_tray(const detail::GearShape& gear, const Isometry3d& X_WG, const scen
 /// Both faces touch a peg of radius r at r cos(half angle) from the middle.
 double v_groove_depth(const Pad& pad, double peg_radius_m) {
   constexpr double kInside = 1.05, kOfHalfWidth = 0.98, kOfDepth = 0.8;
+  // A peg of radius r touches both faces of a V with half angle a at a distance r cos(a) from the
+  // middle plane, r cos(a) / tan(a) above the apex.
   const double tangent = std::tan(pad.v_half_angle_rad);
   const double wanted = pad.v_depth_m > 0
                             ? pad.v_depth_m

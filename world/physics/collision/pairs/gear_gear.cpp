@@ -21,10 +21,10 @@ using Eigen::Vector3d;
 
 /// Axes closer than this (cosine) count as parallel: sides touch along a line, not in a point.
 constexpr double kParallel = 0.98;
-/// What bounds allow for rounding [m].
+/// Allowance of bounds for rounding [m].
 constexpr double kRounding = 1e-9;
 
-/// The two gears in B's frame. Candidates have their normals into B; A's are flipped on the way.
+/// The two gears in B's frame. Candidates have their normals into B; those of A are flipped.
 struct Gears {
   const GearShape& a;
   const GearShape& b;
@@ -43,6 +43,8 @@ struct Bounds {
 using GearBounds = std::array<Bounds, 4>;
 GearBounds bounds_in_b(const GearShape& a, const Isometry3d& X_BA) {
   GearBounds bounds;
+  // A rim of radius r on an axis of slope cos(a) spans r sin(a) to either side along the other
+  // axis.
   const Vector3d u = X_BA.linear().col(2);
   const double sine = std::sqrt(std::max(0.0, 1 - u.z() * u.z())), c = X_BA.translation().z();
   for (std::size_t i = 0; i < static_cast<std::size_t>(a.piece_count); ++i) {
@@ -59,9 +61,10 @@ GearBounds bounds_in_b(const GearShape& a, const Isometry3d& X_BA) {
 
 /// Two cylinders standing side by side: the ends of the line along which they touch. An end is a
 /// rim of one of them on the side of the other, which has the normal. False when they do not stand
-/// so, and the general search must look.
+/// so: the general search follows.
 bool side_by_side(const Piece& a, const Piece& b, const Isometry3d& X_BA, Candidates& out) {
   const Vector3d u = X_BA.linear().col(2), c = X_BA.translation();
+  // Parallel cylinders touch along a line. Its two ends hold them; one point would let them rock.
   if (a.slope != 0 || b.slope != 0 || std::abs(u.z()) < kParallel) return false;
   const Vector3d centre = c + 0.5 * (a.z0 + a.z1) * u;
   const double off = length(centre.x(), centre.y());
@@ -76,7 +79,7 @@ bool side_by_side(const Piece& a, const Piece& b, const Isometry3d& X_BA, Candid
   if (hi <= lo) return false;
   const auto axis_of_a = [&](double z) { return Vector3d(c + (z - rise - c.z()) / u.z() * u); };
   const Vector3d middle = axis_of_a(0.5 * (lo + hi));
-  // Where another way out is shorter, the general search finds it.
+  // Where another exit is shorter, the general search finds it.
   const double overlap = reach_a + b.r0 - length(middle.x(), middle.y());
   if (overlap >= std::min({hi - lo, a.r0, b.r0})) return false;
   for (const double z : {lo, hi}) {
@@ -101,6 +104,7 @@ void crossing_sides(const Piece& a, const Piece& b, const Isometry3d& X_BA, Cand
   const Vector3d u = X_BA.linear().col(2), c = X_BA.translation();
   if (a.slope != 0 || b.slope != 0 || std::abs(u.z()) > kParallel) return;
   // The point of A's axis that is nearest to B's.
+  // Closest points of two lines (Ericson 2005, ch. 5.1.8), with B's axis as z.
   const double s = (c.z() * u.z() - c.dot(u)) / (1 - u.z() * u.z());
   const Vector3d on_a = c + s * u;
   if (s < a.z0 || s > a.z1 || on_a.z() < b.z0 || on_a.z() > b.z1) return;
@@ -140,6 +144,7 @@ void rims_on_piece(const GearShape& a, int index, const GearShape& gear_b, int o
                    const Isometry3d& X_BA, Candidates& out) {
   const Piece& b = gear_b.pieces[static_cast<std::size_t>(on)];
   const double most = most_under_end(gear_b, b);
+  // Each rim is tested as a circle against the side, and as four points against the end faces.
   static const Isometry3d kIdentity = Isometry3d::Identity();
   const Eigen::Matrix3d& R = X_BA.linear();
   const Vector3d e1 = R.col(0), e2 = R.col(1), u = R.col(2);
@@ -183,6 +188,7 @@ void gear_gear(const GearShape& gear_a, const Isometry3d& X_WA, const GearShape&
   const GearBounds a_in_b = bounds_in_b(gear_a, X_BA), b_in_a = bounds_in_b(gear_b, X_AB);
   for (std::size_t i = 0; i < static_cast<std::size_t>(gear_a.piece_count); ++i) {
     for (std::size_t j = 0; j < static_cast<std::size_t>(gear_b.piece_count); ++j) {
+      // Either piece's cylinder can exclude the pair; the second test uses the other axis.
       if (!a_in_b[i].overlap(gear_b.pieces[j]) || !b_in_a[j].overlap(gear_a.pieces[i])) continue;
       piece_on_piece(gears, static_cast<int>(i), static_cast<int>(j), X_AB, points);
     }

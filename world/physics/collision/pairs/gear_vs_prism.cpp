@@ -12,7 +12,13 @@
 
 // The gear's rims against the prism's planes and pockets, and the prism's edges against the gear's
 // pieces: both contain the points of a convex body against another that are farthest inside. A rim
-// point belongs to the face that is its nearest way out.
+// point belongs to the face that is its nearest exit.
+//
+// The deepest features of two convex bodies are vertices, edges or faces (Ericson 2005, ch. 5.1 and
+// 5.2). A solid of revolution has circles as its edges: their deepest points have closed forms
+// against planes, and are searched numerically against cones. The exit of a point is the least
+// translation that takes it out (Cameron & Culley 1986, minimum translational distance).
+// Deep penetration is resolved towards the faces on the gear's side of the prism.
 namespace aprsim::physics::detail {
 namespace {
 
@@ -32,7 +38,7 @@ struct Plane {
   [[nodiscard]] double under(const Vector3d& p) const { return off - n.dot(p); }
 };
 
-/// The gear and the prism at hand, in the prism's frame S: c, u, e1, e2 are the gear's frame.
+/// The gear and the prism, in the prism's frame S: c, u, e1, e2 are the gear's frame.
 struct Pair {
   const GearShape& gear;
   const Isometry3d& X_SG;
@@ -55,8 +61,8 @@ struct Pair {
         e2(X.linear().col(1)) {}
 };
 
-/// Support points of a gear in a pocket are turned to where it leans on the pocket's wall, for that
-/// is where it would tip: four body-fixed points lack up to 29 % of the rim's support there.
+/// Rotates the support points of a gear in a pocket towards where it leans on the wall, because it
+/// would tip there. Four body-fixed points lack up to 29 % of the rim's support.
 void turn_to_pocket(Pair& pair) {
   constexpr double kCentred = 2e-5, kOff = 6e-5;  // [m] off the pocket's axis: body-fixed, turned
   for (const PocketProfile& pocket : pair.pockets) {
@@ -65,6 +71,8 @@ void turn_to_pocket(Pair& pair) {
     if (distance > pocket.r_mouth) continue;
     const double share = std::clamp((distance - kCentred) / (kOff - kCentred), 0.0, 1.0);
     if (share == 0) return;
+    // A rotation by less than 45 degrees suffices: the four support points repeat every quarter
+    // turn.
     const double quarter = 0.5 * std::numbers::pi;
     const double angle = std::atan2(off.dot(pair.e2), off.dot(pair.e1));
     const double turn = share * (angle - quarter * std::round(angle / quarter));
@@ -99,18 +107,21 @@ bool classify_planes(Pair& pair) {
     Plane& plane = pair.planes[static_cast<std::size_t>(i)];
     plane.along = plane.n.dot(pair.u);
     plane.sine = std::sqrt(std::max(0.0, 1 - plane.along * plane.along));
+    // Support of a cylinder along n: half length times |cos| plus radius times sin.
     const double reach = half * std::abs(plane.along) + gear.r_max * plane.sine;
     const double under = plane.under(centre);
     if (under <= -reach) return false;
     plane.crossed = under < reach;
     pair.crossed_count += plane.crossed;
+    // A face behind the prism's middle, as seen from the gear, would be an exit right through the
+    // prism.
     const bool internal = i > kBottom && pair.prism.internal[static_cast<std::size_t>(i - 2)];
     facing[static_cast<std::size_t>(i)] = !internal && under < plane.under(pair.prism.middle);
     plane.exit = plane.crossed && facing[static_cast<std::size_t>(i)];
     pair.exit_count += plane.exit;
   }
   if (pair.exit_count > 0) return true;
-  // Wholly inside: out towards where it is off the middle, or up when it is not.
+  // Wholly inside: exits on the side of the gear's offset from the middle, or the top.
   for (int i = 0; i < pair.plane_count; ++i) {
     const bool exit = facing[static_cast<std::size_t>(i)];
     pair.planes[static_cast<std::size_t>(i)].exit = exit;
@@ -136,6 +147,7 @@ Resting resting(const Pair& pair, const Piece& piece) {
   for (int i = 0; i < pair.plane_count; ++i) {
     const Plane& plane = pair.planes[static_cast<std::size_t>(i)];
     if (!plane.crossed && !plane.exit) continue;
+    // A frustum's support is at one of its two rims.
     const double low = plane.under(pair.c + piece.z0 * pair.u) + piece.r0 * plane.sine;
     const double high = plane.under(pair.c + piece.z1 * pair.u) + piece.r1 * plane.sine;
     const double overlap = std::max(low, high);
@@ -148,7 +160,7 @@ Resting resting(const Pair& pair, const Piece& piece) {
   return result;
 }
 
-/// What a rim has to do with the pockets near it.
+/// Pockets near a rim that it may touch.
 struct RimPockets {
   static constexpr int kMax = 8;
   std::array<const PocketProfile*, kMax> touching;
@@ -168,33 +180,34 @@ RimPockets pockets_of(const RimS& rim, std::span<const PocketProfile> pockets) {
   return found;
 }
 
-/// What leaves through the underside has not come through a pocket's floor, and does not leave that
-/// way.
+/// Whether the gear leaves through the underside. It then has not entered through a pocket's floor.
 bool comes_from_below(const Pair& pair) { return pair.planes[kBottom].exit; }
 
-/// From a point in the material, below its top, into a pocket.
-double way_into_pocket(const PocketProfile& pocket, const Vector3d& p) {
+/// Distance from a point in the material, below its top, into a pocket.
+double exit_into_pocket(const PocketProfile& pocket, const Vector3d& p) {
   const double r = length(p.x() - pocket.x, p.y() - pocket.y);
   const double below = -pocket.depth - p.z();
   return below < 0 ? pocket.behind_side(r, p.z())
                    : length(below, std::max(0.0, r - pocket.r_floor));
 }
 
-/// Is the point, `depth` below a face, in the material, with no nearer way into a pocket?
+/// Whether the point, `depth` below a face, is in the material and no pocket is a nearer exit.
 bool held_by_pockets(const Pair& pair, const RimPockets& near, const Vector3d& p, double depth) {
   for (int i = 0; i < near.count; ++i) {
     const PocketProfile& pocket = *near.touching[static_cast<std::size_t>(i)];
+    // Below a floor there is only the slab; its exit is the underside.
     if (p.z() <= -pocket.depth && comes_from_below(pair)) continue;
-    if (way_into_pocket(pocket, p) < depth) return false;
+    if (exit_into_pocket(pocket, p) < depth) return false;
   }
   return true;
 }
 
-/// Is the point inside the prism, and unless `decided` is face f the nearest way out?
+/// Is the point inside the prism, and unless `decided` is face f the nearest exit?
 bool held_by_face(const Pair& pair, int f, bool decided, const Vector3d& p, double depth) {
   if (pair.crossed_count <= 1 && pair.exit_count <= 1) return true;
   for (int i = 0; i < pair.plane_count; ++i) {
     const Plane& plane = pair.planes[static_cast<std::size_t>(i)];
+    // Planes that the gear's bounds do not cross cannot be nearer than the face itself.
     if (i == f || (!plane.crossed && !plane.exit)) continue;
     const double under = plane.under(p);
     if (under < 0 || (!decided && plane.exit && under < depth)) return false;
@@ -215,6 +228,8 @@ void rim_on_face(const Pair& pair, const RimS& rim, int f, const Resting& rest,
     const Vector3d p = rim.c + rim.r * d;
     const double depth = plane.under(p);
     if (depth <= 0) continue;
+    // Deciding per piece instead of per point keeps all four points on one face; a mixed set would
+    // give a wrong torque.
     // Where the piece's deepest point is in the prism, its overlap with the face decides; one that
     // goes by a corner has a large overlap with each face, and little of it is in the prism.
     const bool decided =
@@ -230,6 +245,7 @@ void rim_on_face(const Pair& pair, const RimS& rim, int f, const Resting& rest,
 bool rim_on_prism(const Pair& pair, const Ring& ring, const Resting& rest, Candidates& out) {
   const RimS rim{pair.c + ring.z * pair.u, ring.r, pair.u, pair.e1, pair.e2,
                  pair.planes[kTop].sine};
+  // The lowest point of a tilted circle is r sin(tilt) below its centre.
   if (rim.c.z() - rim.r * rim.sine >= pair.prism.z1) return false;
   const RimPockets near = pockets_of(rim, pair.pockets);
   if (near.free) return false;
@@ -253,8 +269,9 @@ bool crossed(const Pair& pair, int plane) {
 }
 
 /// Edges between two faces that the gear crosses both: of the top, of the bottom, along the prism.
-void edges_on_gear(const Pair& pair, std::span<PieceFinds> pieces, Candidates& out,
+void edges_on_gear(const Pair& pair, std::span<PieceContacts> pieces, Candidates& out,
                    Candidates& doubtful) {
+  // Only edges whose both faces are crossed can be inside the gear.
   const Prism& prism = pair.prism;
   const auto normal = [&](int plane) -> const Vector3d& {
     return pair.planes[static_cast<std::size_t>(plane)].n;
@@ -300,6 +317,8 @@ void axis_on_prism(const Pair& pair, Candidates& out) {
     const double low = plane.under(pair.c + pair.gear.z_low * pair.u);
     const double high = plane.under(pair.c + pair.gear.z_high * pair.u);
     if ((low > 0) == (high > 0)) continue;
+    // The signed distances at the axis' ends are linear along it, so that their ratio gives the
+    // crossing.
     const double t = low / (low - high);
     const double z = pair.gear.z_low + t * (pair.gear.z_high - pair.gear.z_low);
     const Vector3d p = pair.c + z * pair.u;
@@ -310,19 +329,21 @@ void axis_on_prism(const Pair& pair, Candidates& out) {
 /// How far the samples of a circle are out of the material, at least, by faces that the gear
 /// crosses and by pockets.
 APRSIM_VECTOR_CLONES void sample_outside(const Pair& pair, const CircleBasis& circle,
-                                         RingValues& outside) {
-  const RingValues x = circle.samples(0), y = circle.samples(1), z = circle.samples(2);
+                                         CircleSamples& outside) {
+  // A cheap lower bound per sample; the exact test follows for the few samples that it does not
+  // exclude.
+  const CircleSamples x = circle.samples(0), y = circle.samples(1), z = circle.samples(2);
   outside.fill(-1);
   for (int f = 0; f < pair.plane_count; ++f) {
     const Plane& plane = pair.planes[static_cast<std::size_t>(f)];
     if (!plane.crossed) continue;
     const double n_x = plane.n.x(), n_y = plane.n.y(), n_z = plane.n.z(), off = plane.off;
-    for (std::size_t i = 0; i < kRingSamples; ++i) {
+    for (std::size_t i = 0; i < kCircleSamples; ++i) {
       outside[i] = std::max(outside[i], n_x * x[i] + n_y * y[i] + n_z * z[i] - off);
     }
   }
   for (const PocketProfile& pocket : pair.pockets) {
-    for (std::size_t i = 0; i < kRingSamples; ++i) {
+    for (std::size_t i = 0; i < kCircleSamples; ++i) {
       const double dx = x[i] - pocket.x, dy = y[i] - pocket.y;
       const double before_side = -pocket.behind_side(std::sqrt(dx * dx + dy * dy), z[i]);
       outside[i] = std::max(outside[i], std::min(z[i] + pocket.depth, before_side));
@@ -330,8 +351,8 @@ APRSIM_VECTOR_CLONES void sample_outside(const Pair& pair, const CircleBasis& ci
   }
 }
 
-/// Adds a point in the material where the nearest way out of it leads.
-void add_nearest_way(const Pair& pair, const Vector3d& p, Candidates& out) {
+/// Adds a point in the material with its nearest exit.
+void add_nearest_exit(const Pair& pair, const Vector3d& p, Candidates& out) {
   const Plane* face = nullptr;
   for (int f = 0; f < pair.plane_count; ++f) {
     const Plane& plane = pair.planes[static_cast<std::size_t>(f)];
@@ -342,26 +363,26 @@ void add_nearest_way(const Pair& pair, const Vector3d& p, Candidates& out) {
   const PocketProfile* into = nullptr;
   for (const PocketProfile& pocket : pair.pockets) {
     if (p.z() <= -pocket.depth && comes_from_below(pair)) continue;
-    const double way = way_into_pocket(pocket, p);
-    if (way >= least) continue;
-    least = way;
+    const double exit = exit_into_pocket(pocket, p);
+    if (exit >= least) continue;
+    least = exit;
     into = &pocket;
   }
   if (!into) return out.add(p, face->n, least);
-  // Up from its floor; what is behind its sides has been looked for.
+  // Up from its floor. Its sides have been tested with the rims.
   if (p.z() <= -into->depth) out.add(p, Vector3d::UnitZ(), -into->depth - p.z());
 }
 
-/// The same for a rim that cuts right through: whatever part of it is in the material.
+/// The same for a rim that cuts right through: all its samples in the material.
 void arcs_on_prism(const Pair& pair, const Ring& ring, Candidates& out) {
   constexpr double kSurely = 1e-8;  // [m]
   const CircleBasis circle{pair.c + ring.z * pair.u, ring.r * pair.e1, ring.r * pair.e2};
-  RingValues outside;
+  CircleSamples outside;
   sample_outside(pair, circle, outside);
-  for (int i = 0; i < kRingSamples; ++i) {
+  for (int i = 0; i < kCircleSamples; ++i) {
     if (at_sample(outside, i) > kSurely) continue;
     const Vector3d p = circle.from_sample(i).at(0).p;
-    if (in_material(pair, p)) add_nearest_way(pair, p, out);
+    if (in_material(pair, p)) add_nearest_exit(pair, p, out);
   }
 }
 
@@ -386,13 +407,15 @@ bool gear_on_prism(const GearShape& gear, const Isometry3d& X_SG, const Prism& p
   set_planes(pair);
   if (!classify_planes(pair)) return false;
   turn_to_pocket(pair);
+  // Order: rims on faces and pockets, edges on pieces, then two fallbacks for penetrations so deep
+  // that no feature of either body is near a surface.
   std::array<Resting, 4> rests;
   for (int i = 0; i < gear.piece_count; ++i) {
     const auto k = static_cast<std::size_t>(i);
     rests[k] = resting(pair, gear.pieces[k]);
   }
   std::array<bool, 5> in_reach{};
-  std::array<PieceFinds, 4> pieces;
+  std::array<PieceContacts, 4> pieces;
   for (int i = 0; i < gear.ring_count; ++i) {
     const Ring& ring = gear.rings[static_cast<std::size_t>(i)];
     const Resting& rest = rests[static_cast<std::size_t>(ring.piece)];
@@ -404,7 +427,7 @@ bool gear_on_prism(const GearShape& gear, const Isometry3d& X_SG, const Prism& p
   if (pair.crossed_count > 1) {
     Candidates doubtful;
     edges_on_gear(pair, pieces, out, doubtful);
-    // A peg whose end is just over an edge: the nearest way that leads away from the prism.
+    // A peg whose end is just over an edge: the nearest exit that leads away from the prism.
     for (std::size_t k = 0; k < pieces.size(); ++k) {
       const auto& beside = pieces[k].beside;
       if (pieces[k].held || !beside || beside->depth > rests[k].overlap) continue;

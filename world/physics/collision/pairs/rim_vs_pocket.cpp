@@ -8,6 +8,10 @@
 #include "world/physics/collision/pairs/circle_maxima.hpp"
 #include "world/physics/collision/shapes/length.hpp"
 
+// A circle (rim of a hub) against a surface of revolution (pocket with wall and chamfer cones). In
+// a fixed meridian the pocket is a polygon, so that depth is exact at a point; around the rim the
+// local maxima of depth are searched (circle_maxima.hpp). A peg that leans in a hole has two such
+// contacts, on opposite sides (Whitney 1982, two-point contact in part mating).
 namespace aprsim::physics::detail {
 namespace {
 
@@ -17,11 +21,13 @@ using Eigen::Vector3d;
 /// disc of 50 mm the blend spans 5 to 25 um of height.
 constexpr double kLevel = 1e-4, kTilted = 5e-4;
 
-/// At the mouth's corner the ways up and sideways differ by less than this factor.
+/// At the mouth's corner the exits up and sideways differ by less than this factor.
 constexpr double kMouthCorner = 3;
 
 /// Samples start in the direction in which the rim is off the pocket's axis.
 CircleBasis anchored(const RimS& rim, const PocketProfile& pocket) {
+  // The deepest point of an upright rim is where its centre is off the axis. The first sample there
+  // makes a seated hub's contact exact.
   const Vector3d d(rim.c.x() - pocket.x, rim.c.y() - pocket.y, 0);
   Vector3d along = d - d.dot(rim.u) * rim.u;
   const double norm = along.norm();
@@ -29,16 +35,17 @@ CircleBasis anchored(const RimS& rim, const PocketProfile& pocket) {
   return {rim.c, rim.r * along, rim.r * rim.u.cross(along)};
 }
 
-/// Out through the slab's sides, or outside it, from kElsewhere on: towards lower and higher x, y,
-/// z.
-enum PocketWay : int { kWall = 0, kChamfer = 1, kTopFace = 2, kElsewhere = 3, kBelow = 7 };
+/// Surface of an exit. From kElsewhere on: the slab's sides towards lower and higher x, y, z.
+enum PocketExit : int { kWall = 0, kChamfer = 1, kTopFace = 2, kElsewhere = 3, kBelow = 7 };
 
-/// Nearest way out of the material around the pocket at p (tray frame), r from the pocket's axis:
-/// into it through wall or chamfer, or up. Elsewhere: out through the slab's sides, or outside it.
-WayOut way_into(const PocketProfile& pocket, const Slab& slab, const Vector3d& p, double r) {
-  WayOut way{pocket.behind_wall(r, p.z()), kWall};
-  const auto nearer = [&way](double depth, int kind) {
-    if (depth < way.depth) way = {depth, kind};
+/// Nearest exit of the material around the pocket at p (tray frame), r from the pocket's axis: into
+/// the pocket through wall or chamfer, up, or through the slab's sides.
+PenetrationExit pocket_exit(const PocketProfile& pocket, const Slab& slab, const Vector3d& p,
+                            double r) {
+  PenetrationExit exit{pocket.behind_wall(r, p.z()), kWall};
+  // Later faces replace earlier ones only if strictly nearer; ties go to the wall.
+  const auto nearer = [&exit](double depth, int kind) {
+    if (depth < exit.depth) exit = {depth, kind};
   };
   nearer(pocket.behind_chamfer(r, p.z()), kChamfer);
   nearer(-p.z(), kTopFace);
@@ -48,26 +55,26 @@ WayOut way_into(const PocketProfile& pocket, const Slab& slab, const Vector3d& p
   nearer(slab.hi.y() - p.y(), kElsewhere + 3);
   const double above = p.z() - slab.z0;
   if (above < 0) nearer(above, kBelow);
-  return way;
+  return exit;
 }
 
 /// Under the floor the pocket has no sides.
 bool under_floor(const PocketProfile& pocket, double z) { return z < -pocket.depth - kCornerReach; }
 
-/// A way up is the pocket's only at the mouth's corner; farther out it is the top face's contact.
-bool beyond_corner(double behind_side, double way_up) {
-  return behind_side > kMouthCorner * way_up;
+/// Whether an exit upwards belongs to the top face. It is the pocket's only at the mouth's corner.
+bool beyond_corner(double behind_side, double exit_up) {
+  return behind_side > kMouthCorner * exit_up;
 }
 
-/// Peaks of the depth that way_into() has, without those that belong to the top face or are under
-/// the floor.
+/// Peaks of the depth that pocket_exit() has, without those that belong to the top face or are
+/// under the floor.
 APRSIM_VECTOR_CLONES void sample(const PocketProfile& pocket, const Slab& slab, const RimS& rim,
-                                 const CircleBasis& basis, RingPeaks& peaks) {
-  const RingValues x = basis.samples(0), y = basis.samples(1), z = basis.samples(2);
+                                 const CircleBasis& basis, CandidateSamples& peaks) {
+  const CircleSamples x = basis.samples(0), y = basis.samples(1), z = basis.samples(2);
   const double lo_x = slab.lo.x(), hi_x = slab.hi.x(), lo_y = slab.lo.y(), hi_y = slab.hi.y();
-  ClosedRing depth, wall, chamfer, sides, height;
-  RingValues most, used;
-  for (std::size_t i = 0; i < kRingSamples; ++i) {
+  ClosedCircleSamples depth, wall, chamfer, sides, height;
+  CircleSamples most, used;
+  for (std::size_t i = 0; i < kCircleSamples; ++i) {
     const double dx = x[i] - pocket.x, dy = y[i] - pocket.y;
     const double r = std::sqrt(dx * dx + dy * dy);
     wall[i] = pocket.behind_wall(r, z[i]);
@@ -79,8 +86,9 @@ APRSIM_VECTOR_CLONES void sample(const PocketProfile& pocket, const Slab& slab, 
     depth[i] = above < 0 ? std::min(least, above) : least;
   }
   for (auto* values : {&depth, &wall, &chamfer, &sides, &height}) values->back() = values->front();
-  // Between two samples a height bulges by the rim's, and the ways through wall and chamfer by the
-  // least second derivative of radius and height. No way grows faster than the arc.
+  // Bounds between two samples: the height bulges by that of the rim, the depths behind wall and
+  // chamfer by the least second derivative of radius and height. No depth grows faster than the
+  // arc.
   const double off = length(rim.c.x() - pocket.x, rim.c.y() - pocket.y), r_max = off + rim.r;
   const double across = std::max(0.0, rim.r * (rim.r * std::abs(rim.u.z()) - off));
   const double bend = off + r_max - across * across / (r_max * r_max * r_max);
@@ -93,40 +101,42 @@ APRSIM_VECTOR_CLONES void sample(const PocketProfile& pocket, const Slab& slab, 
   const double over_wall = bulge(pocket.wall_slope, pocket.wall_cos);
   const double over_chamfer = bulge(pocket.chamfer_slope, pocket.chamfer_cos);
   const double over = kSampleBulge * rise + kBoundSlack;
-  for (std::size_t i = 0; i < kRingSamples; ++i) {
+  for (std::size_t i = 0; i < kCircleSamples; ++i) {
     const double wall_a = wall[i] + over_wall, wall_b = wall[i + 1] + over_wall;
     const double chamfer_a = chamfer[i] + over_chamfer, chamfer_b = chamfer[i + 1] + over_chamfer;
     const double top_a = over - height[i], top_b = over - height[i + 1];
     const double z_most = over + std::max(height[i], height[i + 1]), above = z_most - slab.z0;
     const double within = 0.5 * (sides[i] + sides[i + 1]) + half_arc + kBoundSlack;
-    const double through = std::min(most_of_both(wall_a, wall_b, top_a, top_b),
-                                    most_of_both(chamfer_a, chamfer_b, top_a, top_b));
+    const double through = std::min(upper_bound_of_min(wall_a, wall_b, top_a, top_b),
+                                    upper_bound_of_min(chamfer_a, chamfer_b, top_a, top_b));
     most[i] = std::min(through, std::min(above, within));
     const double side =
         0.5 * std::min(wall[i] + wall[i + 1], chamfer[i] + chamfer[i + 1]) - half_arc;
     used[i] = std::min(z_most + pocket.depth + kCornerReach,
                        kMouthCorner * std::max(top_a, top_b) - side);
   }
-  peaks = find_peaks(depth, most, rim.r);
-  keep_used(used, peaks);
+  peaks = find_candidate_samples(depth, most, rim.r);
+  discard_irrelevant(used, peaks);
 }
 
 /// The same for a point of a circle.
-SlopedWay way_into_along(const PocketProfile& pocket, const Slab& slab, const CirclePoint& at) {
+ExitWithGradient pocket_exit_along(const PocketProfile& pocket, const Slab& slab,
+                                   const CirclePoint& at) {
   const double x = at.p.x() - pocket.x, y = at.p.y() - pocket.y, r = length(x, y);
   const Vector3d& on = at.by_step;
-  SlopedWay way{way_into(pocket, slab, at.p, r)};
-  if (way.kind == kWall || way.kind == kChamfer) {
+  ExitWithGradient exit{pocket_exit(pocket, slab, at.p, r)};
+  if (exit.kind == kWall || exit.kind == kChamfer) {
     const double r_on = x * on.x() + y * on.y();  // times r
-    way.turn = way.kind == kWall ? (r_on - pocket.wall_slope * on.z() * r) * pocket.wall_cos
-                                 : (r_on - pocket.chamfer_slope * on.z() * r) * pocket.chamfer_cos;
-    way.slope = r > 0 ? way.turn / r : 0;
-    return way;
+    exit.turn = exit.kind == kWall
+                    ? (r_on - pocket.wall_slope * on.z() * r) * pocket.wall_cos
+                    : (r_on - pocket.chamfer_slope * on.z() * r) * pocket.chamfer_cos;
+    exit.slope = r > 0 ? exit.turn / r : 0;
+    return exit;
   }
   const std::array<double, 6> slopes{-on.z(), on.x(), -on.x(), on.y(), -on.y(), on.z()};
-  way.left_out = way.kind == kBelow;
-  way.slope = way.turn = slopes[static_cast<std::size_t>(way.kind - kTopFace)];
-  return way;
+  exit.excluded = exit.kind == kBelow;
+  exit.slope = exit.turn = slopes[static_cast<std::size_t>(exit.kind - kTopFace)];
+  return exit;
 }
 
 }  // namespace
@@ -136,6 +146,8 @@ void anchor_directions(const RimS& rim, const Vector3d& n, double sine, Vector3d
   // Level: body-fixed. Tilted: towards the deepest point.
   d1 = rim.e1;
   d2 = rim.e2;
+  // On a level rim the deepest direction is undefined; body-fixed points keep their identity from
+  // step to step, which the warm start needs.
   if (sine < kLevel) return;
   const Vector3d down = (n.dot(rim.u) * rim.u - n) / sine;
   if (sine >= kTilted) {
@@ -166,6 +178,7 @@ RimInPocket rim_in_pocket(const RimS& rim, const PocketProfile& pocket) {
   const double low = rim.c.z() - rim.r * rim.sine;
   if (low >= 0) return RimInPocket::kApart;
   const bool above_floor = low > -pocket.depth;
+  // Both cones widen upwards, so that the lowest point of the rim has the least room.
   const double r_void = std::max(pocket.r_wall(low), pocket.r_mouth + pocket.chamfer_slope * low);
   if (above_floor && off + rim.r < r_void) return RimInPocket::kFree;
   return RimInPocket::kTouching;
@@ -175,24 +188,25 @@ void rim_on_pocket_side(const RimS& rim, const PocketProfile& pocket, const Slab
                         Candidates& out) {
   const CircleBasis basis = anchored(rim, pocket);
   // Sampled around the rim; the local maxima of depth are refined.
-  RingPeaks peaks;
+  CandidateSamples peaks;
   sample(pocket, slab, rim, basis, peaks);
-  const auto way_at = [&](const CirclePoint& at) { return way_into_along(pocket, slab, at); };
-  ring_maxima(peaks, basis, rim.r, way_at, [&](const RingMaximum& found) {
+  const auto exit_at = [&](const CirclePoint& at) { return pocket_exit_along(pocket, slab, at); };
+  circle_extrema(peaks, basis, rim.r, exit_at, [&](const CircleMaximum& found) {
     const Vector3d& p = found.at.p;
     const double x = p.x() - pocket.x, y = p.y() - pocket.y, r = length(x, y);
-    const WayOut& way = found.way;
-    if (r < 1e-12 || way.kind >= kElsewhere) return;
+    const PenetrationExit& exit = found.exit;
+    if (r < 1e-12 || exit.kind >= kElsewhere) return;
     if (under_floor(pocket, p.z())) return;
     Vector3d n = Vector3d::UnitZ();
-    if (way.kind == kTopFace) {
-      if (beyond_corner(pocket.behind_side(r, p.z()), way.depth)) return;
+    if (exit.kind == kTopFace) {
+      if (beyond_corner(pocket.behind_side(r, p.z()), exit.depth)) return;
     } else {
-      const double cosine = way.kind == kWall ? pocket.wall_cos : pocket.chamfer_cos;
-      const double slope = way.kind == kWall ? pocket.wall_slope : pocket.chamfer_slope;
+      const double cosine = exit.kind == kWall ? pocket.wall_cos : pocket.chamfer_cos;
+      const double slope = exit.kind == kWall ? pocket.wall_slope : pocket.chamfer_slope;
+      // Normal out of the material: towards the axis, tilted up by the cone's slope.
       n << -x / r * cosine, -y / r * cosine, slope * cosine;
     }
-    out.add(p, n, way.depth);
+    out.add(p, n, exit.depth);
   });
 }
 

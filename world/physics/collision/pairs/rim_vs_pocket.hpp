@@ -18,7 +18,7 @@ struct RimS {
 };
 
 enum class RimInPocket {
-  kApart,     ///< cannot touch the pocket's sides: beside it, or around its mouth
+  kApart,     ///< outside of the mouth or around it: cannot touch the sides
   kFree,      ///< wholly in the pocket's void
   kTouching,  ///< may touch
 };

@@ -6,6 +6,10 @@
 #include "world/physics/collision/pairs/frustum_contact.hpp"
 #include "world/physics/collision/shapes/length.hpp"
 
+// The edge is a line p + t d in the gear's frame. Its distance to the axis is convex in t, the
+// depth under a cone concave, so that the deepest point of a piece is unique and a one-dimensional
+// search finds it (golden section: Press et al. 2007, sec. 10.2). Clipping to height and radius:
+// Ericson 2005, ch. 5.3.7 (segment against cylinder).
 namespace aprsim::physics::detail {
 namespace {
 
@@ -33,6 +37,7 @@ struct Edge {
 
 /// Part of the edge within z0 .. z1.
 Range within_height(const Edge& e, double z0, double z1) {
+  // A level edge is wholly inside the slab or outside.
   if (std::abs(e.d.z()) < 1e-12) {
     return e.p.z() >= z0 && e.p.z() <= z1 ? Range{0, e.length} : Range{0, 0};
   }
@@ -46,6 +51,7 @@ Range within_radius(const Edge& e, double r) {
   const double closest = e.r(e.closest);
   if (closest >= r) return {0, 0};
   if (e.d2 < 1e-12) return {0, e.length};
+  // Pythagoras across the axis: half the chord of the projected line.
   const double half = std::sqrt((r * r - closest * closest) / e.d2);
   return {std::max(0.0, e.closest - half), std::min(e.length, e.closest + half)};
 }
@@ -54,13 +60,13 @@ double behind_side(const Piece& piece, const Edge& e, double t) {
   return (piece.radius(e.z(t)) - e.r(t)) * piece.cosine;
 }
 
-/// Way out at t: behind the side, or behind the nearer end face. Concave along the edge.
+/// Depth at t: behind the side, or behind the nearer end face. Concave along the edge.
 double shortest(const Piece& piece, const Edge& e, double t) {
   return std::min(behind_side(piece, e, t), piece.to_end(e.z(t)));
 }
 
-/// Is all of the range surely outside the piece? By the planes that touch its side beside a few of
-/// the points: each leaves less of the edge that may be inside.
+/// Whether the whole range is outside the piece. Planes tangent to its side at a few points each
+/// exclude a part of the edge.
 bool keeps_out(const Piece& piece, const Edge& e, Range range) {
   constexpr double kSlack = 1e-9;  // for rounding [m]
   constexpr int kMost = 4;
@@ -68,22 +74,25 @@ bool keeps_out(const Piece& piece, const Edge& e, Range range) {
   range = {std::max(range.lo, open.lo), std::min(range.hi, open.hi)};
   double t = std::clamp(e.closest, range.lo, std::max(range.lo, range.hi));
   for (int pass = 0; pass < kMost && range.lo <= range.hi; ++pass) {
-    const double way = behind_side(piece, e, t) + kSlack;
-    if (way >= 0) return false;
+    const double exit = behind_side(piece, e, t) + kSlack;
+    if (exit >= 0) return false;
+    // The depth is concave along the edge, so that its tangent at t bounds it. Where the tangent is
+    // negative nothing can be inside: Newton's method without a root.
     const Vector3d q = e.at(t);
     const double outward = (q.x() * e.d.x() + q.y() * e.d.y()) / e.r(t);
     const double slope = (piece.slope * e.d.z() - outward) * piece.cosine;
     if (slope == 0) return true;
-    (slope > 0 ? range.lo : range.hi) = t - way / slope;
+    (slope > 0 ? range.lo : range.hi) = t - exit / slope;
     t = 0.5 * (range.lo + range.hi);
   }
   return range.lo > range.hi;
 }
 
-/// The point of the range with the longest way out, by golden sections.
+/// The deepest point of the range, by golden section search.
 double innermost(const Piece& piece, const Edge& e, Range range) {
+  // A derivative-free search: the depth has a kink where side and end face are equally near.
   constexpr double kGolden = 0.6180339887498949;
-  // On a cylinder the way through the side is longest where the edge is nearest to the axis.
+  // Behind a cylinder's side the depth is largest where the edge is nearest to the axis.
   if (piece.slope == 0) {
     const double nearest = std::clamp(e.closest, range.lo, range.hi);
     if (behind_side(piece, e, nearest) <= piece.to_end(e.z(nearest))) return nearest;
@@ -152,6 +161,7 @@ bool between_faces(const StraightEdge& edge, const Vector3d& p, const Vector3d& 
     return n0 - c * n1 > -kAside && n1 - c * n0 > -kAside;
   }
   // At a corner, n's share of each of three faces' normals.
+  // Barycentric test on the Gauss map: n = sum of c_i m_i with c_i >= 0, by Cramer's rule.
   const Vector3d& m2 = at_a ? edge.m_a : edge.m_b;
   const double volume = edge.m0.dot(edge.m1.cross(m2));
   if (std::abs(volume) < 1e-6) return true;
@@ -161,7 +171,7 @@ bool between_faces(const StraightEdge& edge, const Vector3d& p, const Vector3d& 
 }
 
 /// Out through the piece's side, where the edge is nearest to the axis.
-void look_beside(const Piece& piece, const Edge& e, const StraightEdge& edge,
+void find_beside(const Piece& piece, const Edge& e, const StraightEdge& edge,
                  const Isometry3d& X_SG, std::optional<Candidate>& beside) {
   const Range range = within_height(e, piece.z0, piece.z1);
   if (range.empty()) return;
@@ -174,7 +184,7 @@ void look_beside(const Piece& piece, const Edge& e, const StraightEdge& edge,
 }  // namespace
 
 void edge_on_gear(const GearShape& gear, const Isometry3d& X_SG, const StraightEdge& edge,
-                  std::span<PieceFinds> pieces, Candidates& out, Candidates& doubtful) {
+                  std::span<PieceContacts> pieces, Candidates& out, Candidates& doubtful) {
   const Eigen::Matrix3d R_GS = X_SG.linear().transpose();
   Edge e;
   e.p = R_GS * (edge.a - X_SG.translation());
@@ -192,12 +202,14 @@ void edge_on_gear(const GearShape& gear, const Isometry3d& X_SG, const StraightE
     edge_on_piece(gear.pieces[k], e, X_SG, found);
     // In doubt: a normal that does not lie between those of the edge's faces.
     for (int i = 0; i < found.size(); ++i) {
+      // Normals outside of the edge's normal cone would push the gear into a face that already
+      // holds it.
       const bool sure = between_faces(edge, found[i].p, found[i].n);
       pieces[k].held = pieces[k].held || sure;
       (sure ? out : doubtful).add(found[i].p, found[i].n, found[i].depth);
     }
     if (found.size() > 0 && !pieces[k].held) {
-      look_beside(gear.pieces[k], e, edge, X_SG, pieces[k].beside);
+      find_beside(gear.pieces[k], e, edge, X_SG, pieces[k].beside);
     }
   }
 }

@@ -16,11 +16,10 @@ struct StraightEdge {
   Eigen::Vector3d a, b, m0, m1, m_a, m_b;
 };
 
-/// What is known of a piece of the gear.
-struct PieceFinds {
-  bool held = false;  ///< something holds it
-  /// Where an edge would hold it that lies under its end face: by its side. Of several the one with
-  /// the shortest way out.
+/// Contacts of the edges with one piece of the gear.
+struct PieceContacts {
+  bool held = false;  ///< by a contact with a certain normal
+  /// Alternative contact through the side, for an edge under the end face; the shallowest one.
   std::optional<Candidate> beside;
 };
 
@@ -29,6 +28,6 @@ struct PieceFinds {
 /// not point out between the faces there go to `doubtful`: one of the faces holds the gear there,
 /// or else the piece's side does.
 void edge_on_gear(const GearShape& gear, const Eigen::Isometry3d& X_SG, const StraightEdge& edge,
-                  std::span<PieceFinds> pieces, Candidates& out, Candidates& doubtful);
+                  std::span<PieceContacts> pieces, Candidates& out, Candidates& doubtful);
 
 }  // namespace aprsim::physics::detail

@@ -18,6 +18,8 @@ constexpr double kSamePoint2 = 1e-5 * 1e-5;
 constexpr double kNormalLength = 0.01;
 
 double distance2(const Candidate& a, const Candidate& b) {
+  // Points of different direction are far apart in this metric even at the same place: both are
+  // needed to hold a body in a corner.
   return (a.p - b.p).squaredNorm() + kNormalLength * kNormalLength * (a.n - b.n).squaredNorm();
 }
 
@@ -100,6 +102,7 @@ void emit_polygon(const Candidates& all, const Selection& from, const Emission& 
 /// Up to four that are deepest and farthest from each other in place and direction.
 void emit_spread(const Candidates& all, const Selection& from, const Emission& to) {
   std::array<double, Candidates::kCapacity> nearest;  // squared distance to the chosen ones
+  // Farthest point sampling (Gonzalez 1985): each pick maximises the distance to the picks so far.
   nearest.fill(1e30);
   int pick = deepest_of(all, from);
   for (int n = 0; n < kMaxPoints && pick >= 0; ++n) {
@@ -112,9 +115,9 @@ void emit_spread(const Candidates& all, const Selection& from, const Emission& t
   }
 }
 
-/// Without points that lie steeply over another of the same body: the plane meets that one first,
-/// unless the body turns far. Of a rim with a chamfer, looked for where it will be, both edges may
-/// be inside.
+/// Removes points that lie steeply above another one of the same body: the plane touches the lower
+/// one first, unless the body rotates far. Both edges of a chamfered rim may be inside at a
+/// predicted pose.
 Selection without_steep(const Candidates& all, const Selection& from) {
   constexpr double kFlatAll = 1e-5, kSteep = 0.5;  // [m], sine of an angle
   double deepest = 0, shallowest = 1e30;
@@ -151,9 +154,9 @@ void emit_some(const Candidates& all, const Selection& from, const Emission& to)
   emit_polygon(all, without_steep(all, from), to);
 }
 
-bool leads_through(const Candidates& all, int i) {
+bool is_tunnelling(const Candidates& all, int i) {
   for (int k = 0; k < all.size(); ++k) {
-    if (physics::leads_through(all[i].depth, all[i].n, all[k].depth, all[k].n)) return true;
+    if (physics::is_tunnelling(all[i].depth, all[i].n, all[k].depth, all[k].n)) return true;
   }
   return false;
 }
@@ -170,7 +173,7 @@ void Candidates::replace_shallowest(const Candidate& c) {
 void emit_reduced(const Candidates& candidates, const Emission& to) {
   Selection all;
   for (int i = 0; i < candidates.size(); ++i) {
-    if (!leads_through(candidates, i)) all.push(i);
+    if (!is_tunnelling(candidates, i)) all.push(i);
   }
   emit_some(candidates, all, to);
 }
@@ -180,7 +183,7 @@ void emit_reduced_by_axis(const Candidates& candidates, const Eigen::Vector3d& u
   constexpr double kFlat = 0.8;  // steeper than any lead-in cone
   Selection flat, wall;
   for (int i = 0; i < candidates.size(); ++i) {
-    if (leads_through(candidates, i)) continue;
+    if (is_tunnelling(candidates, i)) continue;
     (std::abs(candidates[i].n.dot(u)) > kFlat ? flat : wall).push(i);
   }
   emit_some(candidates, flat, to);

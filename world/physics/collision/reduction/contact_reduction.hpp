@@ -17,8 +17,7 @@ struct Candidate {
   double depth;
 };
 
-/// Fixed-capacity list; when full, the shallowest point gives way, so that the deepest always
-/// stays.
+/// Fixed-capacity list. A full list replaces its shallowest point, so that the deepest one stays.
 class Candidates {
  public:
   static constexpr int kCapacity = 64;
@@ -47,7 +46,7 @@ class Candidates {
   int size_ = 0;
 };
 
-/// Whom the contacts of a pair belong to and how the working frame S lies in the world.
+/// Destination of the contacts of a pair: the bodies, the frame S, and the list.
 struct Emission {
   const Eigen::Isometry3d& X_WS;
   BodyIndex a, b;

@@ -10,7 +10,7 @@ namespace aprsim::physics {
 using BodyIndex = int;
 inline constexpr BodyIndex kGround = -1;
 
-/// What kind of surfaces touch: picks friction and softness.
+/// Pair of surfaces in contact: selects friction and compliance.
 enum class SurfacePair : std::uint8_t {
   kGearTray,
   kGearGear,
@@ -22,6 +22,8 @@ enum class SurfacePair : std::uint8_t {
   kPadGear,   ///< finger pad on a gear: softer, own friction
   kRobotAny,  ///< any other surface of a robot against a free body or against fixed things
 };
+/// For checks of states (world/archive).
+[[nodiscard]] constexpr SurfacePair last_of(SurfacePair) { return SurfacePair::kRobotAny; }
 
 /// One contact point. The normal points from b into a (a is pushed along +n).
 struct Contact {
@@ -38,12 +40,17 @@ struct Contact {
     auto& [a, b, p_W, n_W, depth_m, pair] = self;
     io(a, b, p_W, n_W, depth_m, pair);
   }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.index(In::kBody, a);
+    in.index_or_none(In::kBody, b);
+  }
 };
 
-/// Where a body is stuck deep in another, one point may be the near way out and another, against
-/// it, the way right through; both together would squeeze the body with any force. Whether the
-/// first of two, each by depth and normal, is that way beside the second.
-[[nodiscard]] inline bool leads_through(double depth_m, const Eigen::Vector3d& n,
+/// Whether a contact is an exit right through the body, next to another contact of the same pair. A
+/// deeply penetrating body can have a near exit and an opposite one through it; both together would
+/// squeeze it with unbounded force.
+[[nodiscard]] inline bool is_tunnelling(double depth_m, const Eigen::Vector3d& n,
                                         double other_depth_m, const Eigen::Vector3d& other_n) {
   constexpr double kDeep = 1e-3, kFarDeeper = 2, kAgainst = -0.5;  // [m], times, cosine
   return depth_m > kDeep && depth_m > kFarDeeper * other_depth_m && n.dot(other_n) < kAgainst;

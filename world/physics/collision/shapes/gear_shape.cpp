@@ -13,6 +13,7 @@ Piece& add_piece(GearShape& shape, double z0, double r0, double z1, double r1) {
   p.r0 = r0;
   p.z1 = z1;
   p.r1 = r1;
+  // Cylinders keep slope 0 and cosine 1 exactly.
   if (r1 != r0) {
     p.slope = (r1 - r0) / (z1 - z0);
     p.cosine = 1 / std::sqrt(1 + p.slope * p.slope);
@@ -30,6 +31,7 @@ void add_ring(GearShape& shape, double z, double r) {
 /// The hub's cone below the disc, cut off by its chamfer.
 void add_hub(GearShape& shape, const scene::GearType& gear) {
   const double h = gear.hub_height_m, c = std::min(gear.hub_chamfer_m, h);
+  // The chamfer is at 45 degrees: its height c equals its width.
   const double slope = (gear.hub_top_radius_m - gear.hub_bottom_radius_m) / h;
   const double r_edge = gear.hub_bottom_radius_m + slope * c;
   if (c < h) {

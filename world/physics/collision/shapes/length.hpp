@@ -4,7 +4,7 @@
 
 namespace aprsim::physics {
 
-/// Of a vector in a plane, without the care for overflow that costs std::hypot its time.
+/// Length of a vector in a plane. It is faster than std::hypot, which also protects from overflow.
 inline double length(double x, double y) { return std::sqrt(x * x + y * y); }
 
 }  // namespace aprsim::physics

@@ -29,6 +29,7 @@ struct Span {
 
 /// Slab method (Kay and Kajiya 1986) along one axis.
 void cut_slab(double p, double d, double low, double high, Span& span) {
+  // A ray parallel to the slab is inside for all distances or for none.
   if (d == 0) {
     if (p < low || p > high) span.leave = -kNoHit;
     return;
@@ -41,6 +42,8 @@ void cut_slab(double p, double d, double low, double high, Span& span) {
 void cut_cone(const Vector3d& p, const Vector3d& d, double z0, double r0, double slope,
               Span& span) {
   const double r = r0 + slope * (p.z() - z0), rate = slope * d.z();
+  // |p_xy + t d_xy|^2 < (r + rate t)^2 is a t^2 + 2 b t + c < 0 (ray against cone: Ericson 2005,
+  // ch. 5.3.7, for a cylinder with rate 0).
   const double a = d.head<2>().squaredNorm() - rate * rate;
   const double b = p.head<2>().dot(d.head<2>()) - r * rate;
   const double c = p.head<2>().squaredNorm() - r * r;
@@ -92,6 +95,7 @@ Span box_span(const Vector3d& size, const Vector3d& p, const Vector3d& d) {
 double distance_to_gear(const scene::GearType& gear, const Eigen::Isometry3d& X_WG,
                         const Ray& ray) {
   const Vector3d p = X_WG.inverse() * ray.p_W, d = X_WG.linear().transpose() * ray.d_W;
+  // A union of convex pieces: the first hit is the least over the pieces.
   const detail::GearShape shape = gear;
   double nearest = kNoHit;
   for (int i = 0; i < shape.piece_count; ++i) {
@@ -106,6 +110,7 @@ double distance_to_tray(const scene::TrayType& tray, const Eigen::Isometry3d& X_
   const Eigen::AlignedBox3d slab = scene::slab_of(tray);
   const Vector3d p = X_WP.inverse() * ray.p_W, d = X_WP.linear().transpose() * ray.d_W;
   const double to_slab = box_span(slab.sizes(), p - slab.center(), d).first();
+  // Pockets open upwards, so that only a falling ray can enter one.
   if (to_slab == kNoHit || d.z() >= 0) return to_slab;
   const Vector3d hit = p + to_slab * d;
   for (const scene::Slot& slot : tray.slots) {

@@ -23,6 +23,7 @@ constexpr AtStart kAtStart[] = {
 
 ToolLimitSettings::ToolLimitSettings(const ToolLimits& maximum) : maximum_(maximum) {
   for (const auto& [which, value, name] : kAtStart) {
+    // A default above the robot's maximum would be exceeded by its own first motion.
     const double highest = maximum.of(which);
     if (!(highest > 0) || !std::isfinite(highest)) {
       throw std::invalid_argument(std::string("the robot's maximal ") + name + " must be > 0");
@@ -32,6 +33,7 @@ ToolLimitSettings::ToolLimitSettings(const ToolLimits& maximum) : maximum_(maxim
 }
 
 void ToolLimitSettings::set(const api::SetMotionLimit& setting) {
+  // CRCL sets limits absolutely or as a fraction of the maximum.
   const double value =
       setting.relative ? setting.value : std::min(setting.value, maximum_.of(setting.which));
   settings_[index(setting.which)] = {setting.relative, value};

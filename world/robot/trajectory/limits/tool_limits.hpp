@@ -67,6 +67,16 @@ class ToolLimitSettings {
     auto& [maximum, settings] = self;
     io(maximum, settings);
   }
+  template <typename In>
+  void require_valid(In& in) const {
+    const ToolLimits& m = maximum_;
+    in.require(m.trans_speed_m_s > 0 && m.trans_accel_m_s2 > 0 && m.rot_speed_rad_s > 0 &&
+                   m.rot_accel_rad_s2 > 0,
+               "a limit of the tool that is not above 0");
+    for (const api::LimitSetting& setting : settings_) {
+      in.require(setting.value > 0, "a limit of the tool that is not above 0");
+    }
+  }
 
  private:
   static std::size_t index(api::MotionLimit which) { return static_cast<std::size_t>(which); }

@@ -42,6 +42,8 @@ double BlendedSegments::share(std::size_t segment, double s) const {
   if (t <= -x.blend_in) return 0;
   if (t >= x.duration + x.blend_out) return 1;
   if (t < x.blend_in) {
+    // The integral of the rate: 2 w / T times the integral of the smoothstep, which is 1/2 at its
+    // end, gives w / T, the same as the unblended segment at t = w.
     return 2 * x.blend_in / x.duration * ramp((t + x.blend_in) / (2 * x.blend_in));
   }
   if (t > x.duration - x.blend_out) {

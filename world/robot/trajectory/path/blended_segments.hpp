@@ -63,6 +63,12 @@ class BlendedSegments {
       auto& [begin, duration, blend_in, blend_out] = self;
       io(begin, duration, blend_in, blend_out);
     }
+    template <typename In>
+    void require_valid(In& in) const {
+      in.require(duration > 0 && blend_in >= 0 && blend_out >= 0 &&
+                     blend_in + blend_out <= duration * (1 + 1e-9),
+                 "blends longer than their segment");
+    }
   };
   [[nodiscard]] std::size_t at(double s) const;
 

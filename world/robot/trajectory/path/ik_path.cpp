@@ -32,7 +32,7 @@ constexpr double kCloseTurn = 1e-3;  // [rad]
 /// A solution this far from the interpolated samples is on another branch [rad].
 constexpr double kBranchDistance = 1e-2;
 
-/// Where the reason of a refusal is looked for, beyond the end of the trace.
+/// Distance beyond the end of a trace at which the reason of a refusal is determined.
 constexpr double kBeyond = 1e-5;
 
 double degrees(double rad) { return rad * 180 / std::numbers::pi; }
@@ -41,6 +41,7 @@ double degrees(double rad) { return rad * 180 / std::numbers::pi; }
 
 Result<JointVector> IkPath::solve(const ArmGeometry& arm, double u, const JointVector& seed) const {
   const Eigen::Isometry3d X_BF = tool_.at(u >= 1 ? length_ : u * length_) * X_TF_;
+  // Either the elbow angle varies linearly along the path, or the posture search has given a guide.
   if (!route_.guide.empty()) return near_guide(arm, u, X_BF);
   const double elbow = route_.elbow_start_rad + u * route_.elbow_turn_rad;
   return arm.ik.nearest(X_BF, seed, elbow);
@@ -108,8 +109,8 @@ Result<void> IkPath::trace(const ArmGeometry& arm, const Route& route) {
   double step = kFirstStep;
   while (u < 1) {
     if (arm.cancelled()) return given_up();
-    // Step: as far as the prediction has been good, never over an edge of a blend, beyond which the
-    // joints' course is another one.
+    // Step: as long as the prediction was accurate, but never across an edge of a blend, where
+    // higher derivatives of the path jump.
     const double s = u * length_;
     const double edge = tool_.segments().next_break(s) / length_;
     double next = u + std::min(step, tool_.segments().fine_step(s) / length_);
@@ -122,6 +123,8 @@ Result<void> IkPath::trace(const ArmGeometry& arm, const Route& route) {
     // Rejected: a shorter step (the error of a cubic grows with its fourth power), or the end.
     if (miss > kPredictionError) {
       step = std::min(step, next - u) *
+             // Step control as in ODE integrators (Hairer, Norsett & Wanner 1993, sec. II.4):
+             // factor 0.8 (tolerance / error)^(1 / order).
              std::clamp(0.8 * std::sqrt(std::sqrt(kPredictionError / miss)), 0.1, 0.7);
       if (step < (samples_.size() < kExtrapolationPoints ? kShortestFirstStep : kShortestStep)) {
         if (u < kFirstStep) find_required_start(arm);
@@ -144,6 +147,7 @@ Result<void> IkPath::trace(const ArmGeometry& arm, const Route& route) {
 }
 
 void IkPath::find_required_start(const ArmGeometry& arm) {
+  // A start is singular for its branch if the pose next to it needs a finitely different posture.
   const auto ahead = solve(arm, kFirstStep, route_.start);
   if (!ahead) return;
   const auto required = solve(arm, 0, *ahead);
@@ -163,7 +167,7 @@ const JointVector& IkPath::posture_before(double u) const {
 /// reached, or a posture that the branch cannot leave continuously.
 tl::unexpected<Error> IkPath::refusal(const ArmGeometry& arm, double u) const {
   char text[320];
-  const std::string place = tool_.place(u * length_);
+  const std::string place = tool_.describe_position(u * length_);
   constexpr double kNear = 1e-3;  // [rad]
   const JointVector& here = samples_.back().q;
   const JointVector& earlier = posture_before(u - 1e-3);

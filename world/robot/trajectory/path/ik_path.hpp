@@ -17,7 +17,7 @@ namespace aprsim::robot {
 struct ArmGeometry {
   const ArmModel& model;
   const InverseKinematics& ik;
-  /// Planning that nobody waits for any more ends soon after this has become true; null = never.
+  /// Planning ends soon after this has become true; null = never.
   const std::atomic<bool>* cancel = nullptr;
   /// Set where a search over all postures of a redundant arm would help, which is then not made;
   /// null = it is made.
@@ -39,7 +39,7 @@ struct ArmGeometry {
 /// The joint path of a tool path, exact: on one branch of the inverse kinematics, or, of a
 /// redundant arm, the nearest to a guide through joint space. trace() samples the whole of it,
 /// densely where the joints turn fast, so that a path that leaves the joint limits, the reach or
-/// the branch is known before anything moves; at() then solves the inverse kinematics anew for any
+/// the branch is known before anything moves; at() then solves the inverse kinematics again for any
 /// point, seeded from the samples. A copyable value. Thread: sim.
 class IkPath {
  public:
@@ -79,6 +79,8 @@ class IkPath {
   [[nodiscard]] std::size_t bytes() const {
     return tool_.bytes() + route_.guide.bytes() + bytes_of(samples_);
   }
+  /// Whether at() can be called.
+  [[nodiscard]] bool is_complete() const { return !samples_.empty() && tool_.is_complete(); }
   /// How far the last trace() came.
   [[nodiscard]] double reached() const { return samples_.back().u; }
   /// The start posture is singular, and the path's branch begins at another posture of the same
@@ -91,6 +93,13 @@ class IkPath {
   static void fields(Self& self, Io& io) {
     auto& [tool, X_TF, route, length, samples, singular_start, required_start] = self;
     io(tool, X_TF, route, length, samples, singular_start, required_start);
+  }
+  template <typename In>
+  void require_valid(In& in) const {
+    for (const PathSample& sample : samples_) {
+      in.all_joints(sample.q.size());
+      in.all_joints(sample.slope.size());
+    }
   }
 
  private:

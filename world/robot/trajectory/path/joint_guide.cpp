@@ -11,6 +11,7 @@ JointGuide::JointGuide(std::span<const JointVector> postures, int smoothings)
     JointVector before = control_.front();
     for (std::size_t i = 1; i + 1 < control_.size(); ++i) {
       const JointVector here = control_[i];
+      // Binomial smoothing with weights 1/4, 1/2, 1/4; the ends stay.
       control_[i] = 0.25 * before + 0.5 * here + 0.25 * control_[i + 1];
       before = here;
     }
@@ -24,7 +25,8 @@ JointGuide::JointGuide(std::span<const JointVector> postures, int smoothings)
 /// The cubic B-spline's four weights (Piegl & Tiller 1997, sec. 2.2).
 JointVector JointGuide::at(double u) const {
   const auto spans = static_cast<double>(control_.size() - 3);
-  const double x = std::clamp(u, 0.0, 1.0) * spans;
+  // A value that is not a number counts as 0.
+  const double x = (u > 0 ? std::min(u, 1.0) : 0.0) * spans;
   const double span = std::min(std::floor(x), spans - 1);
   const double t = x - span, r = 1 - t;
   const JointVector* c = control_.data() + static_cast<std::size_t>(span);

@@ -31,6 +31,11 @@ class JointGuide {
     auto& [all] = self;
     io(all);
   }
+  template <typename In>
+  void require_valid(In& in) const {
+    in.require(control_.empty() || control_.size() >= 4, "a guide with too few points");
+    for (const JointVector& point : control_) in.all_joints(point.size());
+  }
 
  private:
   std::vector<JointVector> control_;  ///< with one more at either end

@@ -21,6 +21,10 @@ class JointPath {
   /// Samples of the whole path, with derivatives in closed form; u = s / length.
   void sample(std::vector<PathSample>& out) const;
   [[nodiscard]] const BlendedSegments& segments() const { return segments_; }
+  /// Whether at() can be called.
+  [[nodiscard]] bool is_complete() const {
+    return segments_.size() > 0 && postures_.size() == segments_.size() + 1;
+  }
   /// Of memory, besides the value itself.
   [[nodiscard]] std::size_t bytes() const { return segments_.bytes() + bytes_of(postures_); }
 
@@ -29,6 +33,10 @@ class JointPath {
   static void fields(Self& self, Io& io) {
     auto& [segments, postures] = self;
     io(segments, postures);
+  }
+  template <typename In>
+  void require_valid(In& in) const {
+    for (const JointVector& posture : postures_) in.all_joints(posture.size());
   }
 
  private:

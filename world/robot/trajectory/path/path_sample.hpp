@@ -21,7 +21,8 @@ struct PathSample {
   }
 };
 
-/// Of a path of one segment; paths of more segments may have more, and allocate when planned.
+/// Samples of a path of one segment. Paths of more segments may have more, and allocate when
+/// planned.
 inline constexpr std::size_t kMaxPathSamples = 4000;
 
 }  // namespace aprsim::robot

@@ -17,10 +17,10 @@ constexpr std::size_t kFewestLayers = 24, kMostLayers = 400;
 constexpr std::size_t kTravelSamples = 400;
 /// Longest way of a joint from layer to layer: postures farther apart are not neighbours [rad].
 constexpr double kLongestStep_rad = 0.35;
-/// And of the elbow angle. Three joints carry the elbow round: far more than this takes one of them
-/// too far.
+/// The same for the elbow angle. Three joints move the elbow: much more than this would move one of
+/// them too far.
 constexpr double kLongestElbowStep_rad = 0.45;
-/// Of closeness to limits and to singular postures against joint motion in joint ranges.
+/// Weights of closeness to limits and to singular postures, against joint motion in joint ranges.
 constexpr double kCrowdingWeight = 0.2, kSingularWeight = 2e-4, kLeastDexterity = 1e-4;
 constexpr double kUnreached = std::numeric_limits<double>::infinity(), kUnknown = -1;
 
@@ -32,7 +32,7 @@ PostureSearch::PostureSearch(const ArmGeometry& arm, const ToolPath& tool,
                              const Eigen::Isometry3d& X_TF)
     : arm_(arm), tool_(tool), X_TF_(X_TF), layers_(count_layers()) {}
 
-/// By the tool's travel and turn.
+/// Number of layers, by the tool's travel and rotation.
 std::size_t PostureSearch::count_layers() const {
   double travel = 0, turn = 0;
   const double length = tool_.segments().length();
@@ -48,10 +48,11 @@ std::size_t PostureSearch::count_layers() const {
   return std::clamp(static_cast<std::size_t>(layers), kFewestLayers, kMostLayers);
 }
 
-double PostureSearch::discomfort(const JointVector& q) const {
+double PostureSearch::posture_cost(const JointVector& q) const {
   double crowding = 0;
   for (int i = 0; i < arm_.model.dof(); ++i) {
     const Joint& joint = arm_.model.joints[static_cast<std::size_t>(i)];
+    // An eighth power is flat over most of the range and steep at its ends.
     const double place = (2 * q(i) - joint.lower_rad - joint.upper_rad) / range_of(joint);
     const double fourth = place * place * place * place;
     crowding += fourth * fourth;
@@ -94,7 +95,7 @@ void PostureSearch::reach(Node& node, std::size_t index, const Nodes& before) co
       way += share * share;
     }
     if (!near) continue;
-    if (node.cost == kUnknown) node.cost = discomfort(node.q);
+    if (node.cost == kUnknown) node.cost = posture_cost(node.q);
     const double total = from.total + way * count + node.cost / count;
     if (total < node.total && !forbidden(index, from.q, node.q)) {
       node.total = total;
@@ -108,6 +109,8 @@ bool PostureSearch::connect(std::size_t index, double first_elbow) {
   Layer& layer = graph_[index];
   const auto angles = static_cast<int>(layer.size());
   const double angle = 2 * std::numbers::pi / angles;
+  // Dynamic programming layer by layer (Bellman 1957): a node's cost is final once its layer is
+  // connected. The window makes the work linear in the number of elbow angles.
   const int window = std::min(static_cast<int>(kLongestElbowStep_rad / angle), (angles - 1) / 2);
   std::vector<const Nodes*> near;
   bool reached = false;
@@ -121,6 +124,7 @@ bool PostureSearch::connect(std::size_t index, double first_elbow) {
       }
     }
     Nodes& here = layer[static_cast<std::size_t>(k)];
+    // Inverse kinematics is evaluated lazily: postures that cannot be reached are never computed.
     if (!near.empty() && !here.known) here = {nodes_at(index, first_elbow + angle * k), true};
     for (Node& node : here.nodes) {
       node.total = kUnreached;

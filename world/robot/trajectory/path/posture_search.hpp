@@ -10,10 +10,10 @@ namespace aprsim::robot {
 
 /// Finds the postures with which a redundant arm follows a tool path: elbow angles all round the
 /// circle, every branch and every full turn within limits at even distances on the path, and
-/// through them the way of the least joint motion that keeps away from limits and from singular
-/// postures. Only what can be reached from the start is looked at. Dynamic programming over the
-/// redundancy (Pashkevich, Dolgui & Chumakov 2004; Ferrentino & Chiacchio 2020). Allocates: for
-/// planning only. Thread: any, one at a time.
+/// through them the cheapest sequence: least joint motion, away from limits and from singular
+/// postures. Only postures that can be reached from the start are computed. Dynamic programming
+/// over the redundancy (Pashkevich, Dolgui & Chumakov 2004; Ferrentino & Chiacchio 2020).
+/// Allocates: for planning only. Thread: any, one at a time.
 class PostureSearch {
  public:
   /// The arguments must outlive the search. `X_TF`: the flange in the tool's frame.
@@ -21,13 +21,13 @@ class PostureSearch {
 
   /// Postures at even distances of u = 0 .. 1, the first one `start`; empty where there is none.
   [[nodiscard]] std::vector<JointVector> find(const JointVector& start, int elbow_angles);
-  /// The step of the last result that contains `u` is not to be taken again.
+  /// Excludes the step of the last result that contains `u`.
   void forbid(double u);
 
  private:
   struct Node {
     JointVector q;
-    double cost = 0;             ///< of being there; negative until it is asked for
+    double cost = 0;             ///< of the posture; negative until computed
     double total = 0;            ///< from the start; infinite where it cannot be reached
     const Node* from = nullptr;  ///< of the layer before
   };
@@ -46,7 +46,7 @@ class PostureSearch {
   void reach(Node& node, std::size_t index, const Nodes& before) const;
   [[nodiscard]] bool forbidden(std::size_t index, const JointVector& from,
                                const JointVector& to) const;
-  [[nodiscard]] double discomfort(const JointVector& q) const;
+  [[nodiscard]] double posture_cost(const JointVector& q) const;
 
   struct Step {
     std::size_t index;

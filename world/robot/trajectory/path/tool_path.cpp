@@ -10,6 +10,8 @@ Eigen::Isometry3d ToolHelix::at(double share) const {
   Eigen::Isometry3d X_BT;
   X_BT.linear() = turn * X_BT_start.linear();
   X_BT.translation() =
+      // Screw motion (Chasles): rotation about an axis with a translation along it, both in
+      // proportion.
       point_B + turn * (X_BT_start.translation() - point_B) + share * travel_m * direction_B;
   return X_BT;
 }
@@ -47,6 +49,7 @@ void ToolPath::make_helix(const ToolHelix& helix, double duration_s) {
 Eigen::Isometry3d ToolPath::at(double s) const {
   if (s >= segments_.length()) return end_;
   if (is_helix_) return helix_.at(segments_.share(0, s));
+  // In a blend two lines are under way: one ends while the other begins.
   // Superposition of the lines under way, each with its share; rotations in their order.
   const auto [first, last] = segments_.active(s);
   Eigen::Isometry3d X_BT = lines_[first].at(segments_.share(first, s));
@@ -75,7 +78,7 @@ ToolPath::Curvature ToolPath::curvature(double s) const {
   return {trans.norm(), rot.norm()};
 }
 
-std::string ToolPath::place(double s) const {
+std::string ToolPath::describe_position(double s) const {
   const auto [first, last] = segments_.active(s);
   const std::size_t i = last > first && s >= segments_.begin(last) ? last : first;
   const double percent = 100 * (s - segments_.begin(i)) / segments_.duration(i);

@@ -46,9 +46,15 @@ class ToolPath {
   };
   [[nodiscard]] Curvature curvature(double s) const;
   [[nodiscard]] const BlendedSegments& segments() const { return segments_; }
+  /// Whether at() can be called.
+  [[nodiscard]] bool is_complete() const {
+    const std::size_t count = segments_.size();
+    if (is_helix_) return count == 1;
+    return count > 0 && lines_.size() == count && waypoints_.size() == count;
+  }
   [[nodiscard]] const Eigen::Isometry3d& end() const { return end_; }
   /// For messages: "43 % of the straight line", "12 % of the way to waypoint 3".
-  [[nodiscard]] std::string place(double s) const;
+  [[nodiscard]] std::string describe_position(double s) const;
   /// Of memory, besides the value itself.
   [[nodiscard]] std::size_t bytes() const {
     return segments_.bytes() + bytes_of(lines_) + bytes_of(waypoints_);

@@ -36,11 +36,14 @@ SpeedChange speed_change(double v, double a, double v_end, const ScalarLimits& l
     out.add(dt, jerk);
   }
   // Mirrored so that the acceleration's peak is positive.
+  // v + a |a| / (2 j) is the speed that remains if the acceleration is only taken back to zero. It
+  // decides the direction of the first jerk phase.
   const double sigma = v_end >= v + a * std::abs(a) / (2 * j) ? 1.0 : -1.0;
   const double dv = sigma * (v_end - v);
   a *= sigma;
   // Jerk phases up to the peak acceleration and back to 0, and between them constant acceleration
   // where its limit is reached.
+  // Without a plateau the peak follows from dv = (2 peak^2 - a^2) / (2 j).
   const double peak = std::min(limits.a, std::sqrt(std::max(0.0, j * dv + a * a / 2)));
   const double hold = peak > 0 ? (dv - (2 * peak * peak - a * a) / (2 * j)) / peak : 0.0;
   out.add((peak - a) / j, sigma * j);

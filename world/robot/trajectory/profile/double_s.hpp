@@ -39,7 +39,7 @@ class DoubleS {
   /// To rest at `s_end`. Passes beyond it only when `start` is too fast to stop before it.
   [[nodiscard]] static DoubleS to_rest(const ScalarState& start, double s_end,
                                        const ScalarLimits& limits);
-  /// To rest as soon as the limits allow, wherever that is; limits.v is not used.
+  /// To rest as soon as the limits allow, at any position; limits.v is not used.
   [[nodiscard]] static DoubleS stop(const ScalarState& start, const ScalarLimits& limits);
 
   /// State at `t` seconds after the start; from duration() on exactly {end(), 0, 0}.
@@ -52,7 +52,8 @@ class DoubleS {
   static void fields(Self& self, Io& io) {
     auto& [phases, count, duration, end] = self;
     io(phases, count, duration, end);
-    io.require(count >= 0 && count <= kMaxPhases, "more phases than a profile has");
+    io.require(count >= 0 && count <= kMaxPhases && (count > 0 || duration <= 0),
+               "more or fewer phases than a profile has");
   }
 
  private:

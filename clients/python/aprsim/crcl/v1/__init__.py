@@ -1,5 +1,5 @@
-"""CRCL as protobuf messages, and `RobotService`, which speaks it over gRPC; generated from
-`proto/aprsim/crcl/v1` when the tree is built or the package installed."""
+"""CRCL as protobuf messages, and `RobotService` for them over gRPC. Generated from `proto/aprsim/crcl/v1`
+when the tree is built or the package is installed."""
 
 from pathlib import Path
 

@@ -19,7 +19,7 @@ TEST(EditDistance, CountsInsertionsDeletionsReplacementsAndSwaps) {
   EXPECT_EQ(edit_distance("ca", "abc"), 3U) << "as optimal string alignment has it";
 }
 
-TEST(Nearest, IsWhatWasProbablyMeant) {
+TEST(Nearest, IsTheLikelyWord) {
   const std::vector<std::string> words = {"status", "step", "save", "speed", "conveyor"};
   EXPECT_EQ(nearest("stauts", words), "status");
   EXPECT_EQ(nearest("spede", words), "speed");

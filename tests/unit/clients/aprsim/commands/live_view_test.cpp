@@ -7,7 +7,7 @@
 namespace aprsim::client {
 namespace {
 
-TEST(LiveView, LinesAreCutByWhatIsSeen) {
+TEST(LiveView, LinesAreCutByVisibleWidth) {
   EXPECT_EQ(cut_to_width("abcdef", 4), "abcd");
   EXPECT_EQ(cut_to_width("abc", 4), "abc");
   EXPECT_EQ(cut_to_width("", 4), "");
@@ -17,7 +17,7 @@ TEST(LiveView, LinesAreCutByWhatIsSeen) {
   EXPECT_EQ(cut_to_width("ab\x1b[3", 4), "ab\x1b[3") << "a sequence that does not end";
 }
 
-TEST(LiveView, EachShowingTakesThePlaceOfTheLast) {
+TEST(LiveView, EachTextReplacesTheLast) {
   std::ostringstream out;
   LiveView view(out);
   view.show("one\ntwo\n", 24, 80);

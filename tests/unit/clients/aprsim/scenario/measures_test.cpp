@@ -131,7 +131,7 @@ TEST_F(MeasuresTest, PlacementsHaveTheirErrorInSpace) {
   EXPECT_NEAR(result.values.at("placement_max_mm"), 1, 1e-9);
 }
 
-TEST_F(MeasuresTest, APartThatStillRollsIsNotPlaced) {
+TEST_F(MeasuresTest, RollingPartIsNotPlaced) {
   Measures m = measures();
   step(m);
   sample_.bodies[kBig].resting = false;
@@ -142,7 +142,7 @@ TEST_F(MeasuresTest, APartThatStillRollsIsNotPlaced) {
   EXPECT_EQ(m.placed(), 1U);
 }
 
-TEST_F(MeasuresTest, SaysHowFarAPartTurnedInTheGripper) {
+TEST_F(MeasuresTest, MeasuresTurnInTheGripper) {
   Measures m = measures();
   step(m);
   grasp(m, kBig);
@@ -156,7 +156,7 @@ TEST_F(MeasuresTest, SaysHowFarAPartTurnedInTheGripper) {
   EXPECT_NEAR(value(m, "placement_yaw_p95_deg"), 0.02 * 180 / std::numbers::pi, 1e-9);
 }
 
-TEST_F(MeasuresTest, SaysHowLongARobotMovedWithSomethingInTheLightCurtain) {
+TEST_F(MeasuresTest, MeasuresMotionInTheLightCurtain) {
   Measures m = measures();
   sample_.robots[0].moving = true;
   step(m);
@@ -267,7 +267,7 @@ TEST_F(MeasuresTest, ACancelledOrderIsNotWanted) {
   EXPECT_THROW(m.announced("nothing"), std::invalid_argument);
 }
 
-TEST_F(MeasuresTest, ATouchIsOneCollisionHoweverOftenItIsSeen) {
+TEST_F(MeasuresTest, ContactIsOneCollision) {
   Measures m = measures();
   step(m);
   sample_.touches = {{"arm | table", false, 0.2, 0.21, 30}};
@@ -373,7 +373,7 @@ TEST(Verdicts, KeepBoundsAndNameWhatBreaksThem) {
   EXPECT_TRUE(verdicts[1].kept);
   EXPECT_EQ(text_of(verdicts[1]), "drops 0, expected at most 0");
   EXPECT_FALSE(verdicts[2].kept) << "nothing is known of it";
-  EXPECT_EQ(text_of(verdicts[2]), "agility not known, expected at least 0.5");
+  EXPECT_EQ(text_of(verdicts[2]), "agility unknown, expected at least 0.5");
 }
 
 RunResult a_run() {

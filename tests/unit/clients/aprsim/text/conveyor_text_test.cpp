@@ -3,41 +3,20 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "tests/support/conveyor_readings.hpp"
+
 namespace aprsim::client {
 namespace {
 
-modbus::ConveyorReadings running() {
-  modbus::ConveyorReadings r;
-  r.present = true;
-  r.run = true;
-  r.forward = false;
-  r.speed_setting_m_s = 0.15;
-  r.speed_m_s = -0.15;
-  r.travel_m = -1.23456;
-  r.max_speed_m_s = 0.3;
-  r.time_ms = 70'123;
-  r.motor_current_a = 0.815;
-  r.load_kg = 4.25;
-  r.photo_eyes[1] = {true, 7};
-  r.light_curtain.beams = 38;
-  r.light_curtain.range_m = 2.4;
-  r.light_curtain.broken = true;
-  return r;
-}
-
-ConveyorState through_registers(const modbus::ConveyorReadings& readings,
-                                const modbus::ConveyorScaling& scaling) {
-  modbus::RegisterImage image;
-  modbus::encode(readings, scaling, image);
-  return conveyor_state(image, scaling);
-}
+using test::running_belt;
+using test::through_registers;
 
 TEST(ConveyorText, ABeltThatRunsHasNoProblem) {
-  EXPECT_EQ(conveyor_problem(through_registers(running(), {})), "");
+  EXPECT_EQ(conveyor_problem(through_registers(running_belt(), {})), "");
 }
 
 TEST(ConveyorText, AFaultIsSaid) {
-  auto r = running();
+  auto r = running_belt();
   r.fault = modbus::FaultCode::kEmergencyStop;
   r.emergency_stop = true;
   const auto state = through_registers(r, {});

@@ -43,7 +43,7 @@ unsigned least_cost(const std::string& a, const std::string& b) {
   return table[a.size()][b.size()];
 }
 
-TEST(Alignment, PairsWhatIsTheSameAndTellsWhatIsNot) {
+TEST(Alignment, PairsEqualElementsAndMarksGaps) {
   EXPECT_EQ(shown("abc", "abc"), "aa bb cc ");
   EXPECT_EQ(shown("abc", "ac"), "aa b- cc ");
   EXPECT_EQ(shown("ac", "abc"), "aa -b cc ");
@@ -54,7 +54,7 @@ TEST(Alignment, PairsWhatIsTheSameAndTellsWhatIsNot) {
   EXPECT_EQ(shown("", ""), "");
 }
 
-TEST(Alignment, CostsTheLeastOfAllWhateverTheSizes) {
+TEST(Alignment, FindsTheLeastCostForAllSizes) {
   std::mt19937 random(5);
   const std::string letters = "abcABC";
   for (int round = 0; round < 200; ++round) {

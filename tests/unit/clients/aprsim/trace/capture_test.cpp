@@ -1,10 +1,14 @@
 #include "clients/aprsim/trace/capture.hpp"
 
 #include <cstdint>
+#include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <random>
 #include <string>
+#include <tuple>
+#include <vector>
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -139,7 +143,7 @@ TEST_F(SegmentsTest, OutOfOrderTwiceAndOverlapping) {
   EXPECT_EQ(received(), sent_);
 }
 
-TEST_F(SegmentsTest, WhatWasNotCapturedIsAHoleAndTheRestIsRead) {
+TEST_F(SegmentsTest, MissingBytesAreAGap) {
   const std::size_t size = sent_[0].size();
   piece(0, 0, size + 30);
   piece(0.1, size + 90, stream_.size() - size - 90);  // 60 bytes of the second document are gone
@@ -149,7 +153,7 @@ TEST_F(SegmentsTest, WhatWasNotCapturedIsAHoleAndTheRestIsRead) {
   const auto [imported, trace] = import(file_.bytes());
   ASSERT_TRUE(imported);
   ASSERT_EQ(imported->notes.size(), 1U);
-  EXPECT_EQ(imported->notes[0], "1 times bytes of a connection are missing");
+  EXPECT_EQ(imported->notes[0], "1 gap in the captured bytes of a connection");
   const auto actions = fanuc_actions(trace);
   ASSERT_EQ(actions.size(), 19U);
   for (const Action& action : actions) EXPECT_EQ(action.kind, "Dwell");
@@ -191,7 +195,7 @@ TEST(Capture, SeveralConnectionsAndWiresAtOnce) {
   EXPECT_EQ(wires.at("vision.fanuc").seen.size(), 2U);
 }
 
-TEST(Capture, APortThatIsUsedAgainIsAnotherConnection) {
+TEST(Capture, ReusedPortIsAnotherConnection) {
   CaptureFile file;
   for (const double time_s : {0.0, 1.0, 2.0}) {
     CapturedConnection robot(file, 50000, 64444, static_cast<std::uint32_t>(1000 * time_s));
@@ -205,7 +209,7 @@ TEST(Capture, APortThatIsUsedAgainIsAnotherConnection) {
   EXPECT_EQ(fanuc_actions(trace).size(), 3U);
 }
 
-TEST(Capture, PortsAreTheUsers) {
+TEST(Capture, PortsAreConfigurable) {
   CaptureFile file;
   CapturedConnection robot(file, 50000, 7001);
   robot.open(0);
@@ -218,7 +222,7 @@ TEST(Capture, PortsAreTheUsers) {
   EXPECT_FALSE(is_listener_name("grpc"));
 }
 
-TEST(Capture, WhatIsCutOffIsTakenAsFarAsItGoes) {
+TEST(Capture, TruncatedCaptureIsReadToItsEnd) {
   CaptureFile file;
   CapturedConnection robot(file, 50000, 64444);
   robot.open(0);
@@ -233,7 +237,7 @@ TEST(Capture, WhatIsCutOffIsTakenAsFarAsItGoes) {
   }
 }
 
-TEST(Capture, PacketsThatWereCapturedInPartSaySo) {
+TEST(Capture, TruncatedPacketsAreNoted) {
   CaptureFile file;
   CapturedConnection robot(file, 50000, 64444);
   robot.open(0);
@@ -250,7 +254,7 @@ TEST(Capture, PacketsThatWereCapturedInPartSaySo) {
   EXPECT_EQ(actions[1].kind, "EndCanon");
 }
 
-TEST(Capture, WhatIsNoneIsRefused) {
+TEST(Capture, OtherFilesAreRefused) {
   for (const std::string& bytes : {std::string(), std::string("no capture at all, but text"),
                                    CaptureFile().bytes().substr(0, 20)}) {
     const auto [imported, trace] = import(bytes);
@@ -264,6 +268,205 @@ TEST(Capture, WhatIsNoneIsRefused) {
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().message.find("cannot be read"), std::string::npos);
   EXPECT_FALSE(import_capture("/nowhere/at/all", "/tmp/none", usual_ports()));
+}
+
+/// A capture of one connection to a robot, whose frames are made from IP packets.
+CaptureFile robot_capture(Link link, std::function<std::string(const std::string&)> frame_of) {
+  CaptureFile file(link);
+  file.frame_of = std::move(frame_of);
+  CapturedConnection robot(file, 50000, 64444);
+  robot.open(1);
+  robot.sends(1.1, kInit + kDwell);
+  robot.answers(1.75, kDone);
+  robot.close(2);
+  return file;
+}
+
+TEST(Capture, EncapsulatedPacketsAreRead) {
+  using test::bytes16, test::ethernet_frame, test::ipv4_packet, test::udp_datagram;
+  using Frame = std::function<std::string(const std::string&)>;
+  const std::vector<std::tuple<const char*, Link, Frame>> cases{
+      {"cooked, VLAN tag", Link::kCooked,
+       [](const auto& ip) {
+         return std::string(14, '\0') + bytes16({0x8100, 7, 0x0800}) + ip;
+       }},
+      {"cooked 2, VLAN tag", Link::kCooked2,
+       [](const auto& ip) {
+         return bytes16({0x8100}) + std::string(18, '\0') + bytes16({7, 0x0800}) + ip;
+       }},
+      {"two VLAN tags, outer 0x9100", Link::kEthernet,
+       [](const auto& ip) {
+         return ethernet_frame(0x9100, bytes16({7, 0x8100, 8, 0x0800}) + ip);
+       }},
+      {"LLC and SNAP", Link::kEthernet,
+       [](const auto& ip) {
+         return ethernet_frame(static_cast<unsigned>(ip.size() + 8),
+                               bytes16({0xAAAA, 0x0300, 0, 0x0800}) + ip);
+       }},
+      {"two MPLS labels", Link::kEthernet,
+       [](const auto& ip) {
+         return ethernet_frame(0x8847, bytes16({0x0001, 0x0040, 0x0002, 0x0140}) + ip);
+       }},
+      {"PPPoE", Link::kEthernet,
+       [](const auto& ip) {
+         return ethernet_frame(
+             0x8864, bytes16({0x1100, 1, static_cast<unsigned>(ip.size() + 2), 0x0021}) + ip);
+       }},
+      {"GRE", Link::kEthernet,
+       [](const auto& ip) {
+         return ethernet_frame(0x0800, ipv4_packet(47, bytes16({0, 0x0800}) + ip));
+       }},
+      {"ERSPAN type I", Link::kEthernet,
+       [](const auto& ip) {
+         return ethernet_frame(0x0800,
+                               ipv4_packet(47, bytes16({0, 0x88BE}) + ethernet_frame(0x0800, ip)));
+       }},
+      {"ERSPAN type II", Link::kEthernet,
+       [](const auto& ip) {
+         return ethernet_frame(0x0800,
+                               ipv4_packet(47, bytes16({0x1000, 0x88BE, 0, 1, 0x1007, 0, 0, 0}) +
+                                                   ethernet_frame(0x0800, ip)));
+       }},
+      {"ERSPAN type III", Link::kEthernet,
+       [](const auto& ip) {
+         return ethernet_frame(
+             0x0800, ipv4_packet(47, bytes16({0x1000, 0x22EB, 0, 1, 0x2007, 0, 0, 0, 0, 0}) +
+                                         ethernet_frame(0x0800, ip)));
+       }},
+      {"IP in IP", Link::kRaw, [](const auto& ip) { return ipv4_packet(4, ip); }},
+      {"VXLAN", Link::kEthernet,
+       [](const auto& ip) {
+         return ethernet_frame(0x0800,
+                               ipv4_packet(17, udp_datagram(40000, 4789,
+                                                            bytes16({0x0800, 0, 0, 0x0700}) +
+                                                                ethernet_frame(0x0800, ip))));
+       }},
+      {"Geneve", Link::kEthernet,
+       [](const auto& ip) {
+         return ethernet_frame(0x0800,
+                               ipv4_packet(17, udp_datagram(40000, 6081,
+                                                            bytes16({0, 0x6558, 0, 0x0700}) +
+                                                                ethernet_frame(0x0800, ip))));
+       }},
+  };
+  for (const auto& [name, link, frame_of] : cases) {
+    const auto [imported, trace] = import(robot_capture(link, frame_of).bytes());
+    ASSERT_TRUE(imported) << name << ": " << imported.error().message;
+    EXPECT_TRUE(imported->notes.empty()) << name << ": " << imported->notes.front();
+    EXPECT_EQ(imported->connections, 1U) << name;
+    EXPECT_EQ(fanuc_actions(trace).size(), 2U) << name;
+  }
+}
+
+TEST(Capture, EncapsulationThatIsNotReadIsCountedAndNamed) {
+  using test::ethernet_frame, test::ipv4_packet;
+  const auto macsec = robot_capture(Link::kEthernet, [](const auto& ip) {
+    return ethernet_frame(0x88E5, std::string(8, 'x') + ip);
+  });
+  const auto [secured, nothing] = import(macsec.bytes());
+  ASSERT_TRUE(secured) << secured.error().message;
+  EXPECT_EQ(secured->connections, 0U);
+  EXPECT_EQ(secured->skipped, secured->packets);
+  ASSERT_EQ(secured->notes.size(), 1U);
+  EXPECT_EQ(secured->notes[0],
+            fmt::format("{} packets of EtherType 0x88e5 (MACsec) were not read", secured->packets));
+  const auto esp = robot_capture(Link::kEthernet, [](const auto& ip) {
+    return ethernet_frame(0x0800, ipv4_packet(50, std::string(8, 'x') + ip));
+  });
+  const auto [encrypted, none] = import(esp.bytes());
+  ASSERT_EQ(encrypted->notes.size(), 1U);
+  EXPECT_NE(encrypted->notes[0].find("IP protocol 50 (ESP)"), std::string::npos);
+  // ARP has no TCP in it: there is nothing to report.
+  const auto arp = robot_capture(
+      Link::kEthernet, [](const auto&) { return ethernet_frame(0x0806, std::string(28, '\0')); });
+  EXPECT_TRUE(import(arp.bytes()).imported->notes.empty());
+}
+
+TEST(Capture, TheSideThatAnswersTheSynIsTheServer) {
+  // The client's port is one of the listeners', as a Linux client's may be by chance.
+  const std::string write{0, 5, 0, 0, 0, 6, 1, 6, '\x80', 2, '\x27', '\x10'};
+  for (const std::uint16_t client : {std::uint16_t{64444}, std::uint16_t{502}}) {
+    CaptureFile file(Link::kRaw);
+    // The hosts 10.0.0.1 and 10.0.0.2, of which the client is the first.
+    const auto between = [&file](char from, char to) {
+      file.frame_of = [from, to](std::string ip) {
+        return ip.replace(12, 8, {10, 0, 0, from, 10, 0, 0, to});
+      };
+    };
+    const auto request_packet = [&](double time_s, unsigned sequence, unsigned acknowledged,
+                                    const char* flags, const std::string& payload) {
+      between(1, 2);
+      file.packet(time_s, client, 502, sequence, acknowledged, flags, payload);
+    };
+    const auto reply_packet = [&](double time_s, unsigned sequence, unsigned acknowledged,
+                                  const char* flags, const std::string& payload) {
+      between(2, 1);
+      file.packet(time_s, 502, client, sequence, acknowledged, flags, payload);
+    };
+    request_packet(0, 100, 0, "S", "");
+    reply_packet(0, 900, 101, "SA", "");
+    request_packet(0.1, 101, 901, "A", write);
+    reply_packet(0.2, 901, 113, "A", write);
+    const auto [imported, trace] = import(file.bytes());
+    ASSERT_TRUE(imported) << imported.error().message;
+    const auto wires = actions_of(trace);
+    ASSERT_TRUE(wires.contains("modbus")) << client;
+    ASSERT_EQ(wires.at("modbus").actions.size(), 1U) << client;
+    EXPECT_EQ(wires.at("modbus").actions[0].outcome, "done") << client;
+    EXPECT_EQ(trace.wires.front().wire.peer(), fmt::format("10.0.0.1:{}", client));
+  }
+  // A program whose own port is that of a robot by chance talks to something else.
+  CaptureFile web;
+  CapturedConnection browser(web, 64444, 8080);
+  browser.open(0);
+  browser.sends(0.1, "GET / HTTP/1.1\r\n\r\n");
+  EXPECT_EQ(import(web.bytes()).imported->connections, 0U);
+}
+
+TEST(Capture, ACompressedCaptureSaysHowToUnpackIt) {
+  const auto [refused, none] = import("\x1f\x8b\x08 and what follows in a compressed file");
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("unpack it with gunzip first"), std::string::npos)
+      << refused.error().message;
+}
+
+TEST(Capture, AnOutputThatIsTheCaptureIsRefusedAndLeavesIt) {
+  const std::string bytes = robot_capture(Link::kEthernet, {}).bytes();
+  const test::TemporaryDirectory directory;
+  const std::string capture = directory.path() + "/lab.pcap";
+  std::ofstream(capture, std::ios::binary) << bytes;
+  std::filesystem::create_hard_link(capture, directory.path() + "/hard");
+  std::filesystem::create_symlink(capture, directory.path() + "/soft");
+  for (const char* output : {"/lab.pcap", "/./lab.pcap", "/hard", "/soft"}) {
+    const auto imported = import_capture(capture, directory.path() + output, usual_ports());
+    ASSERT_FALSE(imported) << output;
+    EXPECT_NE(imported.error().message.find("is the same file as the input"), std::string::npos)
+        << imported.error().message;
+    std::ifstream in(capture, std::ios::binary);
+    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(in), {}), bytes) << output;
+  }
+}
+
+TEST(Capture, AFailedImportLeavesTheJournalThatWasThere) {
+  const test::TemporaryDirectory directory;
+  const std::string capture = directory.path() + "/none.pcap", journal = directory.path() + "/lab";
+  std::ofstream(capture) << "no capture";
+  std::ofstream(journal) << "a journal from before";
+  EXPECT_FALSE(import_capture(capture, journal, usual_ports()));
+  std::ifstream in(journal);
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(in), {}), "a journal from before");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(directory.path()), {}), 2);
+}
+
+TEST(Capture, ANameThatIsNoUtf8IsImported) {
+  const test::TemporaryDirectory directory;
+  const std::string capture = directory.path() + "/lab\xff.pcap",
+                    journal = directory.path() + "/lab";
+  std::ofstream(capture, std::ios::binary) << robot_capture(Link::kEthernet, {}).bytes();
+  ASSERT_TRUE(import_capture(capture, journal, usual_ports()));
+  const auto trace = read_trace(journal);
+  ASSERT_TRUE(trace) << trace.error().message;
+  EXPECT_EQ(trace->header.run_id(), "capture lab\\xff.pcap");
 }
 
 TEST(Capture, DamageAnywhereIsSurvived) {

@@ -1,14 +1,20 @@
 #include "clients/aprsim/trace/comparison.hpp"
 
 #include <cstdint>
+#include <filesystem>
+#include <fstream>
 #include <functional>
+#include <iterator>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "clients/aprsim/trace/exports.hpp"
+#include "clients/aprsim/trace/listing.hpp"
 #include "tests/support/journal_file.hpp"
 #include "tests/support/temporary_directory.hpp"
+#include "world/base/utf8.hpp"
 
 namespace aprsim::trace {
 namespace {
@@ -22,7 +28,7 @@ std::string write_request(std::uint16_t transaction, std::uint16_t address, std:
           high(address),     low(address),     high(value), low(value)};
 }
 
-/// What a controller does that the tests vary.
+/// Behaviour of a controller that the tests vary.
 struct Job {
   double x_mm = 411;        ///< of the third move
   double speed_mm_s = 100;  ///< of the second
@@ -102,7 +108,7 @@ TEST(TraceComparison, NumbersPollsAndJitterAreNoDeviation) {
   EXPECT_EQ(first(changed([](Job& job) { job.seen_x_mm = 103; })), "same");
 }
 
-TEST(TraceComparison, TellsWhatWasDoneOtherwise) {
+TEST(TraceComparison, ReportsDifferentCommands) {
   EXPECT_EQ(first(changed([](Job& job) { job.x_mm = 412; })),
             "fanuc, command 5 MoveTo: x 1.00 mm farther (412.00 mm, was 411.00 mm)");
   EXPECT_EQ(first(changed([](Job& job) { job.speed_mm_s = 80; })),
@@ -112,14 +118,14 @@ TEST(TraceComparison, TellsWhatWasDoneOtherwise) {
   EXPECT_EQ(first(changed([](Job& job) { job.grips = false; })),
             "fanuc, command 6 SetEndEffector is missing (setting 0.0 %)");
   EXPECT_EQ(first(changed([](Job& job) { job.grips_twice = true; })),
-            "fanuc, command 7 SetEndEffector is there once more (setting 0.0 %)");
+            "fanuc, command 7 SetEndEffector is repeated (setting 0.0 %)");
   EXPECT_EQ(first(changed([](Job& job) { job.swapped = true; })),
             "fanuc, command 3 MoveTo comes later, as command 4");
   EXPECT_EQ(first(changed([](Job& job) { job.belt = 12000; })),
             "modbus, write 1 write speed: speed 2000 more (12000, was 10000)");
 }
 
-TEST(TraceComparison, TellsWhatCameOfIt) {
+TEST(TraceComparison, ReportsDifferentResults) {
   EXPECT_EQ(first(changed([](Job& job) { job.late_s = 0.8; })),
             "fanuc, command 5 MoveTo: comes 0.80 s later (0.800 s, was 0.000 s, after what was "
             "before)");
@@ -132,7 +138,7 @@ TEST(TraceComparison, TellsWhatCameOfIt) {
             "at (110.3, 50.0) mm");
 }
 
-TEST(TraceComparison, OnePlaceIsOneDeviationAndTheWorstComeFirst) {
+TEST(TraceComparison, OnePairIsOneDeviationAndWorstComeFirst) {
   const auto comparison = changed([](Job& job) {
     job.speed_mm_s = 99;  // at the limit: the same
     job.x_mm = 412;
@@ -149,7 +155,7 @@ TEST(TraceComparison, OnePlaceIsOneDeviationAndTheWorstComeFirst) {
   EXPECT_EQ(worst[1]->wire, "modbus");
 }
 
-TEST(TraceComparison, TolerancesAreWhatTheyAreCalled) {
+TEST(TraceComparison, TolerancesApply) {
   Tolerance wide;
   wide.position_mm = 1.5;
   wide.end_mm = 2;
@@ -170,7 +176,7 @@ TEST(TraceComparison, RegistersThatOnlyOneOfBothReads) {
             "modbus: reads input registers 0x8008 to 0x8009, 1 times, which was never read");
 }
 
-TEST(TraceComparison, WhatIsSeenInTheEndComesLast) {
+TEST(TraceComparison, FinalSceneComesLast) {
   const auto comparison = changed([](Job& job) {
     job.seen_x_mm = 110;
     job.belt = 1;
@@ -195,7 +201,7 @@ TEST(TraceComparison, UnitsOfTheConnectionAreNoDeviation) {
   EXPECT_EQ(comparison.deviations[0].command, "SetLengthUnits");
 }
 
-TEST(TraceComparison, WhatIsSeenByChanceIsNoDeviation) {
+TEST(TraceComparison, ChanceObservationsAreNoDeviation) {
   // Of a program of four commands, and of a gripper whose end nobody waits for, polls see these.
   const auto seeing = [](const std::vector<std::int64_t>& seen, bool gripper_seen) {
     JournalFile file;
@@ -229,7 +235,7 @@ TEST(TraceComparison, WhatIsSeenByChanceIsNoDeviation) {
             "fanuc, command 3 program's Dwell: ends with no end, was done");
 }
 
-TEST(TraceComparison, AWireThatOnlyOneOfBothHas) {
+TEST(TraceComparison, WireOfOneRunOnly) {
   JournalFile one;
   one.command("crcl.fanuc", 1, 1, "InitCanonType", "");
   one.command("crcl.motoman", 1, 1, "InitCanonType", "");
@@ -242,9 +248,83 @@ TEST(TraceComparison, AWireThatOnlyOneOfBothHas) {
   other.write(b);
   const auto comparison = compare(*read_trace(a), *read_trace(b), {});
   ASSERT_EQ(comparison.deviations.size(), 1U);
-  EXPECT_EQ(comparison.deviations[0].text, "B has nothing of crcl.motoman (A has 1 commands)");
+  EXPECT_EQ(comparison.deviations[0].text, "B has no traffic on crcl.motoman (A has 1 command)");
   // A capture has no calls of gRPC.
   ASSERT_EQ(comparison.notes.size(), 1U);
+}
+
+TEST(TraceComparison, RepliesArePairedWhenEveryTransactionHasOneNumber) {
+  // Transaction 0 for all requests, of which two are under way at a time.
+  const auto outcomes = [](bool second_fails) {
+    JournalFile file;
+    const std::string speed = write_request(0, 0x8002, 10000), run = write_request(0, 0x8001, 1);
+    file.received("modbus", 1, speed, 9);
+    file.received("modbus", 1.01, run, 9);
+    file.sent("modbus", 1.02, speed, 9);
+    const std::string refusal{0, 0, 0, 0, 0, 3, 1, '\x86', 4};
+    file.sent("modbus", 1.03, second_fails ? refusal : run, 9);
+    const test::TemporaryDirectory directory;
+    file.write(directory.path() + "/a.journal");
+    std::vector<std::string> out;
+    for (const Action& action :
+         actions_of(*read_trace(directory.path() + "/a.journal")).at("modbus").actions) {
+      out.push_back(action.outcome);
+    }
+    return out;
+  };
+  const auto done = outcomes(false), refused = outcomes(true);
+  ASSERT_EQ(done.size(), 2U);
+  EXPECT_EQ(done[0], "done");
+  EXPECT_EQ(done[1], "done");
+  ASSERT_EQ(refused.size(), 2U);
+  EXPECT_EQ(refused[0], "done");
+  EXPECT_NE(refused[1], "done");
+}
+
+/// A journal with one line of a camera.
+std::string journal_with_line(const test::TemporaryDirectory& directory, const std::string& line) {
+  JournalFile file;
+  file.sent("vision.fanuc", 1, line);
+  const std::string place = directory.path() + "/a.journal";
+  file.write(place);
+  return place;
+}
+
+TEST(TraceListing, CutsALongLineBetweenTwoCharacters) {
+  const test::TemporaryDirectory directory;
+  for (int before = 0; before < 4; ++before) {
+    std::string line(static_cast<std::size_t>(290 + before), 'a');
+    for (int i = 0; i < 20; ++i) line += "\xe2\x82\xac";
+    const auto place = journal_with_line(directory, line + "\n");
+    std::string listed;
+    ASSERT_TRUE(
+        list_trace(place, {.polls = true}, [&](const ListedLine& one) { listed = one.what; }));
+    EXPECT_TRUE(utf8::is_valid(listed)) << before;
+    EXPECT_TRUE(listed.ends_with(" ...")) << listed;
+    const std::string out = directory.path() + "/csv";
+    ASSERT_TRUE(export_csv(place, "", out));
+    std::ifstream in(out + "/wires.csv", std::ios::binary);
+    EXPECT_TRUE(utf8::is_valid(std::string(std::istreambuf_iterator<char>(in), {}))) << before;
+  }
+}
+
+TEST(TraceListing, ControlCharactersAreEscaped) {
+  const test::TemporaryDirectory directory;
+  const auto place = journal_with_line(directory, "\x1b]0;title\x07 \xc2\x9b\xff\n");
+  std::string listed;
+  ASSERT_TRUE(
+      list_trace(place, {.polls = true}, [&](const ListedLine& one) { listed = one.what; }));
+  EXPECT_NE(listed.find("\\x1b]0;title\\x07 \\xc2\\x9b\\xff"), std::string::npos) << listed;
+}
+
+TEST(TraceExport, OverTheRunItselfIsRefused) {
+  const test::TemporaryDirectory directory;
+  const auto place = journal_with_line(directory, "text\n");
+  std::filesystem::create_hard_link(place, directory.path() + "/b");
+  EXPECT_FALSE(check_exports(place, {place}));
+  EXPECT_FALSE(check_exports(place, {directory.path() + "/b"}));
+  EXPECT_FALSE(check_exports(place, {directory.path() + "/new", directory.path() + "/new"}));
+  EXPECT_TRUE(check_exports(place, csv_files(directory.path() + "/csv")));
 }
 
 TEST(TraceReading, FilesOfOneRunInTheirOrder) {
@@ -267,7 +347,7 @@ TEST(TraceReading, FilesOfOneRunInTheirOrder) {
   EXPECT_NE(mixed.error().message.find("several runs"), std::string::npos);
 }
 
-TEST(TraceReading, WhatIsCutOffIsReadAsFarAsItGoesAndSaysSo) {
+TEST(TraceReading, TruncatedJournalIsReadAndNoted) {
   const test::TemporaryDirectory directory;
   const std::string file = directory.path() + "/a.journal";
   JournalFile one;

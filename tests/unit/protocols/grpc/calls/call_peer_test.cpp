@@ -12,7 +12,7 @@ TEST(CallPeer, IsReadFromTheNameOfItsRelay) {
   EXPECT_EQ(call_peer("unix-abstract:[%3A%3A1]%3A5/1.2.0").address, "[::1]:5");
 }
 
-TEST(CallPeer, OfAnotherNameIsWhatItSays) {
+TEST(CallPeer, KeepsUnknownSchemes) {
   EXPECT_EQ(call_peer("ipv4:10.0.0.1:80").address, "10.0.0.1:80");
   EXPECT_EQ(call_peer("ipv4:10.0.0.1:80").connection, 0U);
   EXPECT_EQ(call_peer("").address, "");

@@ -37,7 +37,7 @@ struct Http2GuardTest : ::testing::Test {
   Http2Guard guard{Http2Limits{}};
 };
 
-TEST_F(Http2GuardTest, WhatIsNoHttp2IsRefused) {
+TEST_F(Http2GuardTest, RefusesOtherProtocols) {
   Http2Guard other{Http2Limits{}};
   EXPECT_TRUE(other.from_client(std::string("PRI * HT"), kNow));
   EXPECT_TRUE(other.from_client(std::string("TP/2.0\r\n\r\nSM\r\n\r\n"), kNow));

@@ -179,7 +179,7 @@ TEST_F(RobotService, EveryGetStatusIsAnsweredOnceInOrder) {
   EXPECT_TRUE(status.ok()) << status.error_message();
 }
 
-TEST_F(RobotService, WhatCannotBeIsAnErrorUnderItsIdAsOnThePort) {
+TEST_F(RobotService, ReportsErrorsByIdAsThePortDoes) {
   Session session(*stub_);
   initialize(session);
   pb::Pose& pose = *session.next(9).mutable_move_to()->mutable_end_position();
@@ -338,7 +338,7 @@ TEST_F(RobotService, ThereAreAsManySessionsAsPlaces) {
   }));
 }
 
-TEST_F(RobotService, WhoMayNotCommandSeesOnly) {
+TEST_F(RobotService, GivesReadersTheStateOnly) {
   grpc_server::TelemetryOptions options;
   options.listener.access =
       std::make_shared<protocols::Access>(protocols::AccessRules{.local = protocols::Role::kView});

@@ -65,7 +65,7 @@ TEST_F(FaultLogTest, ACauseIsOneLineWithItsCountAndTimes) {
   EXPECT_FALSE(find("joint_1")->holds);
 }
 
-TEST_F(FaultLogTest, OfARobotsErrorsTheLatestLasts) {
+TEST_F(FaultLogTest, KeepsTheLatestErrorOfARobot) {
   refuse("out of reach");
   refuse("joint_2: too fast");
   EXPECT_FALSE(find("out of reach")->holds);
@@ -160,7 +160,7 @@ TEST_F(FaultLogTest, ALostPartIsAnErrorAndAnOpenedGripperIsNot) {
   EXPECT_FALSE(log.faults()[0].holds);
 }
 
-TEST_F(FaultLogTest, WhatIsExpectedIsNoFault) {
+TEST_F(FaultLogTest, IgnoresExpectedEvents) {
   expected = [](int robot, api::Ticket) { return robot == 0; };
   refuse("out of reach");
   initialize();
@@ -178,7 +178,7 @@ TEST_F(FaultLogTest, IsBoundedAndKeepsWhatMatters) {
     if (why.size() > 250) why = why.substr(200) + static_cast<char>('A' + i % 26);
   }
   EXPECT_EQ(log.faults().size(), FaultLog::kMaxFaults);
-  EXPECT_GT(log.given_up(), 0u);
+  EXPECT_GT(log.discarded(), 0u);
   EXPECT_EQ(log.faults().front().source, "motoman");
   refuse(std::string(5000, 'x'));
   EXPECT_LT(log.faults().back().message.size(), 400u);

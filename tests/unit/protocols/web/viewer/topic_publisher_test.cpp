@@ -13,7 +13,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// Takes one message, and the next ones once it is told so.
+/// Accepts one message, and each further one after take_next().
 class FakeSocket final : public WebSocket {
  public:
   void start(Events events) override { events_ = std::move(events); }
@@ -116,7 +116,7 @@ TEST_F(TopicPublisherTest, RoleAndWishDecideWhoGetsIt) {
   EXPECT_EQ(watcher.written.size(), 1U);
 }
 
-TEST_F(TopicPublisherTest, OfATopicThatDeliversTheLatestASlowViewerMissesTheOthers) {
+TEST_F(TopicPublisherTest, SlowViewerGetsTheLatestOnly) {
   int skipped = 0;
   Topic latest = topic();
   latest.delivery = Topic::Delivery::kLatest;

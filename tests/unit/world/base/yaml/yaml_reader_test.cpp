@@ -112,7 +112,7 @@ std::string refusal(const std::string& text) {
   return document ? "" : document.error().message;
 }
 
-TEST(YamlReader, WhatIsTooLargeIsRefusedQuicklyWithTheNumber) {
+TEST(YamlReader, RefusesOversizedInputQuicklyWithTheNumber) {
   std::string keys, flow = "{";
   for (int i = 0; i < 60'000; ++i) {
     keys += "key_" + std::to_string(i) + ": 1\n";

@@ -198,7 +198,7 @@ TEST(ConveyorDrive, TheLightCurtainStopsItByTheEmergencyRampAndHolds) {
   EXPECT_TRUE(drive.state().run);
 }
 
-TEST(ConveyorDrive, OfTwoFaultsEachMustGo) {
+TEST(ConveyorDrive, StaysFaultedUntilBothFaultsEnd) {
   ConveyorDrive drive = running(0.2);
   drive.set_light_curtain(true);
   drive.apply({.emergency_stop = true});

@@ -1,5 +1,5 @@
-// What a robot of the cell does when it meets something, in stepped time: protective stop and
-// backing off, yielding to a push, the tool changer, saved states.
+// A robot's reaction to contact in stepped time: protective stop, retreat and compliance; the tool
+// changer; saved states.
 
 #include "world/cell/machines/simulated_robot.hpp"
 
@@ -258,7 +258,7 @@ TEST(DrivesOff, TheBrakesBearTheArmUntilItNextMoves) {
   EXPECT_GT(std::abs(now.joints[1].torque_nm), 1);
 }
 
-// Of what a joint alone does to the tool: speed over angular velocity.
+// The ratio of the tool's speed to its angular velocity when one joint moves alone.
 TEST(ToolLever, IsTheDistanceOfTheToolFromTheAxis) {
   CellScript cell(load_scene("motoman_only"));
   const auto& now = cell.now.robots[0];

@@ -1,4 +1,4 @@
-// What happens in the cell, found step by step.
+// Detection of the cell's events, step by step.
 
 #include "world/cell/observation/event_detector.hpp"
 
@@ -226,7 +226,7 @@ TEST_F(DetectedEvents, ReportsDroppedAndLostGears) {
   EXPECT_EQ(lost[0].names, std::vector<std::string>{"part_large_gear_1"});
 }
 
-/// In every mode what is tied is told, and whatever comes loose was tied before.
+/// Every simplification mode reports each body that joins a group, and releases only such bodies.
 TEST(EventDetector, ReportsTiesInEveryMode) {
   using Simplified = scene::Simplification;
   for (const Simplified mode :

@@ -44,12 +44,12 @@ TEST_F(UnintendedContactsTest, KeepTheGreatestSumOfForces) {
   add(7, {on_link(kTable, 3), on_link(kTable, 4), on_finger(kTable, 1)});
   add(8, {on_link(kTable, 5)});
   ASSERT_EQ(count(), 2U);
-  const api::RobotTouch& touch = touches_.list()->at(0);
+  const api::UnintendedContact& touch = touches_.list()->at(0);
   EXPECT_EQ(touch.first, (Side{Side::Kind::kRobot, 0, Side::kFirstLink + 4}));
   EXPECT_EQ(touch.second, kTable);
   EXPECT_EQ(touch.begin_step, 7U);
   EXPECT_EQ(touch.last_step, 8U);
-  EXPECT_EQ(touch.greatest_n, 7);
+  EXPECT_EQ(touch.max_force_n, 7);
   EXPECT_EQ(touches_.list()->at(1).first, (Side{Side::Kind::kRobot, 0, 1}));
 }
 
@@ -86,7 +86,7 @@ TEST_F(UnintendedContactsTest, CountOnceForTwoArms) {
 
 TEST_F(UnintendedContactsTest, DropTheOldest) {
   for (int i = 0; i < 100; ++i) add(static_cast<std::uint64_t>(1000 * i), {on_link(kTable, 3)});
-  ASSERT_EQ(count(), api::kMaxRobotTouches);
+  ASSERT_EQ(count(), api::kMaxUnintendedContacts);
   EXPECT_EQ(touches_.list()->at(0).begin_step, 36000U);
 }
 
@@ -99,7 +99,7 @@ TEST(UnintendedContacts, MissNoStep) {
   scene.gears.push_back({"falling", scene.gears[0].type, Pose{.p = above}});
   CellScript cell(std::make_shared<const scene::Scene>(std::move(scene)));
   const auto falling = static_cast<int>(cell.body("falling"));
-  std::map<int, double> greatest_n;  // by part of the robot
+  std::map<int, double> max_force_n;  // by part of the robot
   for (int step = 0; step < 700; ++step) {
     cell.advance(1);
     std::map<int, double> sums_n;
@@ -109,19 +109,19 @@ TEST(UnintendedContacts, MissNoStep) {
       sums_n[contact.second.part] += contact.f_W.norm();
     }
     for (const auto& [part, sum_n] : sums_n) {
-      greatest_n[part] = std::max(greatest_n[part], sum_n);
+      max_force_n[part] = std::max(max_force_n[part], sum_n);
     }
   }
-  std::erase_if(greatest_n, [](const auto& entry) { return entry.second <= 0; });
-  ASSERT_FALSE(greatest_n.empty());
-  ASSERT_NE(cell.now.robot_touches, nullptr);
+  std::erase_if(max_force_n, [](const auto& entry) { return entry.second <= 0; });
+  ASSERT_FALSE(max_force_n.empty());
+  ASSERT_NE(cell.now.unintended_contacts, nullptr);
   std::map<int, double> told_n;
-  for (const api::RobotTouch& touch : *cell.now.robot_touches) {
+  for (const api::UnintendedContact& touch : *cell.now.unintended_contacts) {
     EXPECT_EQ(touch.second, (Side{Side::Kind::kBody, falling}));
-    told_n[touch.first.part] = std::max(told_n[touch.first.part], touch.greatest_n);
+    told_n[touch.first.part] = std::max(told_n[touch.first.part], touch.max_force_n);
   }
-  ASSERT_EQ(told_n.size(), greatest_n.size());
-  for (const auto& [part, force_n] : greatest_n) EXPECT_NEAR(told_n[part], force_n, 1e-9) << part;
+  ASSERT_EQ(told_n.size(), max_force_n.size());
+  for (const auto& [part, force_n] : max_force_n) EXPECT_NEAR(told_n[part], force_n, 1e-9) << part;
 }
 
 }  // namespace

@@ -14,17 +14,17 @@ using Eigen::Vector3d;
 TEST(ForceGuess, KnowsNoChangeAtFirst) {
   ForceGuess guess(Vector3d(1, 2, 3));
   EXPECT_EQ(guess.change, Vector3d(0, 0, 0));
-  guess.note(Vector3d(4, 4, 4), false);
+  guess.record(Vector3d(4, 4, 4), false);
   EXPECT_EQ(guess.last, Vector3d(4, 4, 4));
   EXPECT_EQ(guess.change, Vector3d(0, 0, 0));
 }
 
 TEST(ForceGuess, FollowsAForceThatChangesEvenly) {
   ForceGuess guess(0.0);
-  for (int i = 0; i < 5; ++i) guess.note(3 + 0.5 * i, false);
+  for (int i = 0; i < 5; ++i) guess.record(3 + 0.5 * i, false);
   EXPECT_EQ(guess.last + guess.change, 3 + 0.5 * 5);
   // And on, where the guess does.
-  guess.note(guess.last + guess.change, true);
+  guess.record(guess.last + guess.change, true);
   EXPECT_EQ(guess.last + guess.change, 3 + 0.5 * 6);
 }
 
@@ -41,9 +41,9 @@ TEST(ForceGuess, OnceDriftIsPutRightIsTheForceThatWasNeeded) {
     double v = 0;
     for (int i = 0; i < patience; ++i) {
       v += h / kg * (guess.last + guess.change - needed);
-      guess.note(guess.last + guess.change, true);
+      guess.record(guess.last + guess.change, true);
     }
-    guess.note(needed - v * kg / h, false);
+    guess.record(needed - v * kg / h, false);
     EXPECT_NEAR(guess.last, needed, 1e-10);
     EXPECT_EQ(guess.change, 0);
   }

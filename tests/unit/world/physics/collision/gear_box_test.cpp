@@ -41,7 +41,7 @@ TEST(GearBox, StandingOnItsHub) {
   }
 }
 
-// As when it is looked for where a fall would take it: what touches first carries it.
+// As at the predicted pose of a falling gear: the first surface to touch carries it.
 TEST(GearBox, SunkDeeperThanItsChamfer) {
   scene::GearType g = test::conical_gear();
   g.hub_chamfer_m = 3e-4;

@@ -33,7 +33,7 @@ Eigen::MatrixXd fill(BlockLu& lu, int count, const Pairs& pairs, int shifted,
     add(lu.diagonal(i), i, i, random() + great);
   }
   for (std::size_t k = 0; k < pairs.size(); ++k) {
-    const auto place = lu.place(k);
+    const auto place = lu.pair_blocks(k);
     add(lu.forward(place), pairs[k].first, pairs[k].second, random());
     add(lu.backward(place), pairs[k].second, pairs[k].first, random());
   }

@@ -19,8 +19,8 @@ Vectors gradient(ContactProblem& problem, const Vectors& d, double step) {
     body.twist.v += step * along.head<3>();
     body.twist.omega += step * along.tail<3>();
     BlockVector& out = g.emplace_back();
-    out << body.kg * (body.twist.v - body.free.v),
-        body.inertia * (body.twist.omega - body.free.omega);
+    out << body.kg * (body.twist.v - body.free_twist.v),
+        body.inertia * (body.twist.omega - body.free_twist.omega);
   }
   problem.evaluate_constraint_velocities();
   const auto subtract = [&](int body, double sign, const Vector6& impulse) {

@@ -70,9 +70,9 @@ class Bodies {
 
 class ColliderOf : public testing::TestWithParam<std::pair<int, int>> {};
 
-// What is pushed apart as fast as penetration is corrected keeps the contact that does so,
-// whichever lies on which, and however far their middles are from where they touch.
-TEST_P(ColliderOf, WhatIsPushedApartKeepsItsContact) {
+// Bodies that separate as fast as penetration is corrected keep their contact, whichever lies on
+// which, and however far their middles are from the contact.
+TEST_P(ColliderOf, SeparatedBodiesKeepTheirContact) {
   constexpr double kCorrected = 0.2, kStep = 1e-3;  // of the depth in a step; [s]
   const auto [a, b] = GetParam();
   int checked = 0, lost = 0;

@@ -1,4 +1,4 @@
-// What a vacuum cup lifts, and when it loses it: contact and friction under the suction's force.
+// Lifting limits of a vacuum cup: contact and friction under the suction force.
 
 #include "world/physics/contacts/suction_search.hpp"
 
@@ -207,7 +207,7 @@ TEST(VacuumCup, LeftByItsRobotItLosesWhatItHeld) {
   draw(bench);
   bench.move({0, 0, 0.2}, 0.5);
   ASSERT_TRUE(holds(bench, "g"));
-  bench.world->leave_tool(0);
+  bench.world->detach_tool(0);
   EXPECT_EQ(bench.world->gripper(0).vacuum_pa, 0);
   bench.run(2000);
   EXPECT_LT(bench.world->tool(0).p_WB.z(), 0.1);

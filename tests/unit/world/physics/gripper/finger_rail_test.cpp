@@ -43,7 +43,7 @@ TEST_F(Hand, MeasuresTravelAndRateAlongTheRailWhereverTheHandIs) {
 }
 
 TEST_F(Hand, PushesWithoutNetForceOrTorque) {
-  rail_.push(finger_, palm_, 60);
+  rail_.apply_force(finger_, palm_, 60);
   EXPECT_LT((finger_.force_W() - 60 * closing_W_).norm(), 1e-12);
   EXPECT_LT((finger_.force_W() + palm_.force_W()).norm(), 1e-14);
   const Vector3d about_palm = finger_.torque_W() + palm_.torque_W() +

@@ -159,8 +159,8 @@ INSTANTIATE_TEST_SUITE_P(
                      testing::Values(-2e-3, 5e-4), testing::Values(-2e-3, 1e-3),
                      testing::Values(0.0, 0.7854)));
 
-// By a balance of moments pads and wall hold a light gear against tipping above a friction of about
-// 0.35, and not far below it.
+// Pads and wall hold a light gear against tipping above a friction of about 0.35, by a balance of
+// moments, and not far below it.
 TEST(Tipping, FrictionDecidesWhetherAGearTipsAtAnOffCentreClose) {
   const auto pop = [](double friction) {
     auto scene = pick_scene("d50", {0, 2e-3}, 0.7854);
@@ -248,7 +248,7 @@ TEST(Controllers, LinkageBeatsCoupledBeatsConstantAlongTheFingers) {
   EXPECT_LT(linkage, 1e-6);
 }
 
-// What a gripper remembers is plain values: put back, it does the same again, bit for bit.
+// A gripper's state is plain values: restored, it continues bit for bit.
 TEST(Gripper, SavedStateComesBackBitForBit) {
   auto scene = empty_scene();
   for (const auto law : {scene::GripperLaw::kLinkage, scene::GripperLaw::kMimicPid}) {
@@ -258,7 +258,7 @@ TEST(Gripper, SavedStateComesBackBitForBit) {
     const Eigen::Isometry3d X_WF = scene.robots[0].X_WB.isometry();
     GripperMechanism hand(scene.robots[0].gripper, scene.physics, X_WF);
     ConstraintSystem system;
-    hand.take(X_WF, scene.robots[0].X_FT.isometry());
+    hand.attach(X_WF, scene.robots[0].X_FT.isometry());
     hand.command(0);
     const auto advance = [&](int steps) {
       for (int i = 0; i < steps; ++i) {
@@ -358,7 +358,7 @@ TEST(Gripper, PressingDownLoadsTheMountAndTheArm) {
   EXPECT_NEAR(sum.head<2>().norm(), 0, 0.3);
 }
 
-/// What the contacts do to the arm, about a point.
+/// Wrench of the contacts on the arm, about a point.
 struct Load {
   Eigen::Vector3d force_n = Eigen::Vector3d::Zero(), moment_nm = Eigen::Vector3d::Zero();
 };
@@ -436,9 +436,9 @@ TEST_P(Heavy, InertiaLoadsTheArm) {
 
 INSTANTIATE_TEST_SUITE_P(Masses, Heavy, testing::Values(0.02, 1.0));
 
-// A gear that hangs in the gripper loads the arm by its weight through the pads; pushed onto the
-// table, by what the table does to it too, which is told with its name.
-TEST(Gripper, WhatAHeldGearMeetsLoadsTheArmThroughThePads) {
+// A hanging gear loads the arm with its weight through the pads. Pushed onto the table it also
+// transmits the table's force, which is reported with the table's name.
+TEST(Gripper, CollisionOfAHeldGearLoadsTheArmThroughThePads) {
   Bench bench(pick_scene("small"));
   ASSERT_TRUE(pick(bench).held);
   bench.run(50);

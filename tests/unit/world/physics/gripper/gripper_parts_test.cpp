@@ -44,7 +44,7 @@ TEST(GripperParts, OutsideTheCellNothingMeetsThem) {
   GripperParts parts(gripper(), kX_WT);
   const Aabb everywhere{Vector3d::Constant(-1e3), Vector3d::Constant(1e3)};
   EXPECT_TRUE(parts.bounds().meets(everywhere));
-  parts.follow_outside(kX_WT, {0, 0});
+  parts.follow_removed(kX_WT, {0, 0});
   EXPECT_FALSE(parts.bounds().meets(everywhere));
   for (int i = 0; i < GripperParts::kColliding; ++i) {
     EXPECT_FALSE(parts.part(i).bounds.meets(everywhere));

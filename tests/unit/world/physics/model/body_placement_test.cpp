@@ -35,7 +35,7 @@ class Placing : public testing::Test {
 
 TEST_F(Placing, RaisesWhatWouldOverlapUntilItIsClear) {
   const BodyPose inside{kGear, Isometry3d(Eigen::Translation3d(0.02, 0.02, -0.01))};
-  placement_.put({&inside, 1});
+  placement_.place({&inside, 1});
   expect_clear(kGear, model_.body(kTray).bounds);
   for (const StaticShape& shape : model_.fixed.shapes) expect_clear(kGear, shape.bounds);
   EXPECT_LT(model_.body(kGear).bounds.min.z() - model_.body(kTray).bounds.max.z(), 1e-3);
@@ -45,21 +45,21 @@ TEST_F(Placing, RaisesWhatWouldOverlapUntilItIsClear) {
 TEST_F(Placing, KeepsBodiesThatArePutTogetherAsTheyAre) {
   const std::array<BodyPose, 2> both{{{kGear, Isometry3d(Eigen::Translation3d(0, 0, 0))},
                                       {kOther, Isometry3d(Eigen::Translation3d(0.001, 0, 0.001))}}};
-  placement_.put(both);
+  placement_.place(both);
   const Vector3d apart =
       model_.body(kOther).X_WB.translation() - model_.body(kGear).X_WB.translation();
   EXPECT_LT((apart - Vector3d(0.001, 0, 0.001)).norm(), 1e-12);
 }
 
-TEST_F(Placing, WhatIsTakenAwayIsLostOnceAndForAll) {
-  placement_.take_away(kGear, 7);
+TEST_F(Placing, RemovedBodyStaysLost) {
+  placement_.remove(kGear, 7);
   EXPECT_EQ(model_.body(kGear).lost_step, 7u);
   EXPECT_LT(model_.body(kGear).bounds.max.z(), model_.lost_below_m);
-  placement_.take_away(kGear, 9);
+  placement_.remove(kGear, 9);
   EXPECT_EQ(model_.body(kGear).lost_step, 7u);
   const Isometry3d before = model_.body(kGear).X_WB;
   const BodyPose back{kGear, Isometry3d::Identity()};
-  placement_.put({&back, 1});
+  placement_.place({&back, 1});
   EXPECT_EQ(model_.body(kGear).X_WB.matrix(), before.matrix());
 }
 

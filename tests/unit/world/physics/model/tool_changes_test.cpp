@@ -43,7 +43,7 @@ TEST_P(ToolInFork, StandsStillWithItsWeightOnTheBars) {
   Bench bench(fork_scene(5e-4, GetParam()));
   bench.run(10);
   const Eigen::Isometry3d X_before = bench.X_WT;
-  bench.world->leave_tool(0);
+  bench.world->detach_tool(0);
   EXPECT_EQ(bench.world->tool_of(0), -1);
   bench.run(1500);
   const BodyState tool = bench.world->tool(0);
@@ -66,11 +66,11 @@ TEST_P(ToolInFork, IsTakenWhereItIsAndWorksAgain) {
   auto scene = fork_scene(5e-4, GetParam());
   Bench bench(std::move(scene));
   bench.run(10);
-  bench.world->leave_tool(0);
+  bench.world->detach_tool(0);
   bench.run(500);
   const BodyState left = bench.world->tool(0);
   const Eigen::Isometry3d X_WT = Pose{left.p_WB, left.q_WB}.isometry();
-  bench.world->take_tool(0, 0, X_WT * bench.scene.robots[0].X_FT.isometry().inverse());
+  bench.world->attach_tool(0, 0, X_WT * bench.scene.robots[0].X_FT.isometry().inverse());
   EXPECT_EQ(bench.world->tool_of(0), 0);
   bench.step_tool(X_WT);
   EXPECT_LT((bench.world->tool(0).p_WB - left.p_WB).norm(), 1e-5);
@@ -105,7 +105,7 @@ TEST(ToolChanges, InTheAirTheToolFallsAndItsPartWithIt) {
   const double tool_z = bench.world->tool(0).p_WB.z();
   const double gear_z = bench.X_WB("g").translation().z();
   const std::uint64_t faults = bench.world->penetration_faults();
-  bench.world->leave_tool(0);
+  bench.world->detach_tool(0);
   EXPECT_FALSE(bench.world->gripper(0).holding);
   bench.run(100);
   const double fall = 0.5 * 9.81 * 0.1 * 0.1;
@@ -130,7 +130,7 @@ TEST(ToolChanges, ALetGoToolMovesOnAsItsRobotDid) {
     X_WT.translation().x() += 5e-4;
     bench.step_tool(X_WT);
   }
-  bench.world->leave_tool(0);
+  bench.world->detach_tool(0);
   const Vector3d from = bench.world->tool(0).p_WB;
   EXPECT_NEAR(bench.world->tool(0).v_W.x(), 0.5, 1e-6);
   bench.run(200);
@@ -143,7 +143,7 @@ TEST(ToolChanges, AnEmptyFlangeTouchesNothing) {
   add_hand(scene, {0, 0, 0.1});
   Bench bench(std::move(scene));
   bench.run(5);
-  bench.world->leave_tool(0);
+  bench.world->detach_tool(0);
   bench.run(1000);
   const Eigen::Isometry3d start = bench.X_WT;
   bench.move({0.5, 0, -0.05}, 0.5);  // the tip's place is in the table then
@@ -160,7 +160,7 @@ TEST(ToolChanges, SavedStatesHaveTheToolsWhereTheyWere) {
   const PhysicsWorld::State mounted = first.world->save();
   first.world->set_gripper(0, 0);
   first.run(60);  // half closed
-  first.world->leave_tool(0);
+  first.world->detach_tool(0);
   first.run(20);
   const PhysicsWorld::State falling = first.world->save();
   first.run(400);
@@ -177,7 +177,7 @@ TEST(ToolChanges, SavedStatesHaveTheToolsWhereTheyWere) {
     EXPECT_EQ(bench->world->tool_of(0), 0);
     bench->world->set_gripper(0, 0);
     bench->run(60);
-    bench->world->leave_tool(0);
+    bench->world->detach_tool(0);
     bench->run(420);
     EXPECT_EQ(bench->world->state_hash(), rest);
   }
@@ -201,12 +201,12 @@ TEST(ToolChanges, AnotherToolHasItsOwnShapeAndForce) {
   ASSERT_EQ(bench.world->tool_count(), 2);
   EXPECT_EQ(bench.world->tool_of(0), 1) << "the listed tools come first";
   bench.run(1);
-  bench.world->leave_tool(0);
+  bench.world->detach_tool(0);
   bench.run(1);
   const BodyState stands = bench.world->tool(0);
   const Eigen::Isometry3d X_WQ =
       Pose{stands.p_WB, stands.q_WB}.isometry() * strong.X_QT.isometry().inverse();
-  bench.world->take_tool(0, 0, X_WQ);
+  bench.world->attach_tool(0, 0, X_WQ);
   bench.run(5);
   EXPECT_NEAR(bench.world->gripper(0).separation_m, 0.032, 5e-5);
   bench.grip(0);

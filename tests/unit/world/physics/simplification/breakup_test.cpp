@@ -54,7 +54,7 @@ double slip(Bench& bench, const std::string& body, double accel) {
   return (place() - before).norm();
 }
 
-/// Of a body that slides from rest for n steps of size h: velocities are integrated first.
+/// Distance that a body slides from rest in n steps of size h: velocities are integrated first.
 double closed_form(double accel, double mu_g, double h) {
   const double n = std::round(kTime / h);
   return accel <= mu_g ? 0 : 0.5 * (accel - mu_g) * h * h * n * (n + 1);

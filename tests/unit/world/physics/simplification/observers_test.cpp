@@ -175,8 +175,8 @@ void expect_same_contacts(const Bench& one, const Bench& other, const std::strin
   }
 }
 
-// Where nothing is solved any more, contacts are told as they were: the list is the same in every
-// mode, at rest, on the running belt, and after going back to a saved state.
+// Frozen contacts are reported as they were: the list is the same in every mode, at rest, on the
+// running belt, and after restoring a saved state.
 TEST_P(Observers, ListTheSameContacts) {
   Bench full(loaded_belt(Simplification::kOff)), bench(loaded_belt(GetParam()));
   const auto run = [&](int steps, double speed) {
@@ -204,8 +204,8 @@ TEST_P(Observers, ListTheSameContacts) {
   }
 }
 
-// Struck, a body leaves its group: nothing is told twice, nothing is left behind.
-TEST_P(Observers, ForgetTheContactsOfWhatHasBeenStruck) {
+// A hit body leaves its group: no contact is reported twice, and none of the old ones remains.
+TEST_P(Observers, DropTheContactsOfAHitBody) {
   Bench bench(loaded_belt(GetParam()));
   bench.run(400);
   const std::size_t before = contacts_of(bench).size();
@@ -221,7 +221,7 @@ TEST_P(Observers, ForgetTheContactsOfWhatHasBeenStruck) {
   EXPECT_EQ(static_cast<int>(contacts_of(bench).size()), bench.world->contact_count());
 }
 
-// What a gripper holds has the contacts of its pads.
+// A held body has the contacts of the pads.
 TEST(Contacts, OfAGripAreThoseOfThePads) {
   using Kind = api::ContactSide::Kind;
   auto scene = empty_scene();

@@ -112,17 +112,17 @@ TEST_F(Monitor, TellsWhichTriggerIsMissing) {
   both[1].require_trigger = true;
   monitor_.begin(1, both);
   EXPECT_FALSE(step(0));
-  ASSERT_NE(monitor_.unmet(), nullptr);
-  EXPECT_EQ(monitor_.unmet()->value, 3);
+  ASSERT_NE(monitor_.missing_trigger(), nullptr);
+  EXPECT_EQ(monitor_.missing_trigger()->value, 3);
   EXPECT_EQ(step(2.5), 0U);
-  EXPECT_EQ(monitor_.unmet(), nullptr);
+  EXPECT_EQ(monitor_.missing_trigger(), nullptr);
 }
 
 TEST_F(Monitor, ACommandWithoutGuardsEndsTheMonitoringAndKeepsTheLastTrigger) {
   const api::Guard only[] = {guard(GuardLimit::kOverMax, 2)};
   monitor_.begin(1, only);
   EXPECT_EQ(step(3), 0U);
-  monitor_.forget();
+  monitor_.reset();
   EXPECT_FALSE(step(9));
   EXPECT_EQ(monitor_.state().ticket, 1U);
   EXPECT_EQ(monitor_.state().triggers, 1U);

@@ -77,7 +77,7 @@ TEST_F(Generator, StopsFromAnotherPosture) {
   EXPECT_EQ(motion.reference(), q);
   rest();
   EXPECT_GT(q0(), q(0));
-  motion.stand_at(q);
+  motion.set_at_rest(q);
   EXPECT_TRUE(motion.at_rest());
   EXPECT_EQ(motion.reference(), q);
 }
@@ -86,7 +86,7 @@ TEST_F(Generator, RetreatsAlongItsWay) {
   begin(1);
   steps(600);
   const JointVector collision = motion.reference();
-  motion.stand_at(collision);
+  motion.set_at_rest(collision);
   motion.retreat(arm, collision);
   EXPECT_TRUE(motion.retreating());
   rest();

@@ -75,7 +75,7 @@ TEST_P(Latency, IsThatOfTheKindOfMove) {
   EXPECT_EQ(rig.state(), ActionState::kDone) << rig.reason();
 }
 
-TEST_P(Latency, OfMovesInQuickSuccessionOnlyTheLastIsPlannedBesideTheOneUnderWay) {
+TEST_P(Latency, PlansOnlyTheLastOfMovesInQuickSuccession) {
   rig.apply(shifted(0, 0, 0.01, false));
   rig.step();
   counter.jobs = 0;
@@ -259,7 +259,7 @@ TEST_P(Latency, AMoveThatCannotBePlannedIsRefusedWhenItWouldBegin) {
 
 /// The same commands at the same steps, with plans made by a thread, by the stepping thread, and by
 /// both in controllers that take over from each other: the same bits.
-TEST_P(Latency, WhoPlansMakesNoDifference) {
+TEST_P(Latency, IsTheSameForEveryPlanner) {
   PlanningThread thread;
   const auto play = [&](PlanPrefetcher* prefetcher, bool handed_over) {
     ControllerRig robot(with_latency(GetParam(), prefetcher));

@@ -105,7 +105,7 @@ TEST_P(Replacement, StopsOfEveryKind) {
   }
 }
 
-/// By way, by time and by path: immediate leaves the line, the other two keep to it.
+/// They differ in distance, time and path: immediate leaves the line, the other two stay on it.
 TEST_P(Replacement, TheThreeStopsDiffer) {
   rig.run(api::SetMotionLimit{api::MotionLimit::kTransAccel, false, 0.6});
   const Eigen::Isometry3d from = shifted({0, 0, 0});

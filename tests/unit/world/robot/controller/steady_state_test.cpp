@@ -81,7 +81,7 @@ TEST_P(SteadyState, AnyCommandsAtAnyTimeKeepTheJointsWithinTheirLimits) {
   EXPECT_LE(highest_torque(), 1.0);
 }
 
-/// What the planned motions ask of the drives, with the payload they were planned for.
+/// Torques of the planned motions, with the payload they were planned for.
 TEST_P(SteadyState, DrivesKeepATenthOfTheirTorqueInReserve) {
   for (const auto which : {MotionLimit::kTransSpeed, MotionLimit::kTransAccel,
                            MotionLimit::kRotSpeed, MotionLimit::kRotAccel}) {

@@ -42,7 +42,7 @@ class PlanningCost : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(Arms, PlanningCost, testing::Values("fanuc", "motoman"),
                          [](const auto& arm) { return std::string(arm.param); });
 
-TEST_P(PlanningCost, OfStraightLinesIsBounded) {
+TEST_P(PlanningCost, IsBoundedForStraightLines) {
   const ControllerRig rig(GetParam());
   int count = 0;
   ControllerSetup setup = rig.setup();

@@ -20,7 +20,7 @@ constexpr double kStep_s = 1e-3;
 constexpr int kLines = 500;
 constexpr double kLeastDexterity = 2e-3;
 
-/// What a straight move of an arm does, run from its plan.
+/// A straight move of an arm, run from its plan.
 struct LineRun {
   bool planned = false;
   std::string reason;

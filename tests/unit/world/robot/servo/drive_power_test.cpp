@@ -64,7 +64,7 @@ TEST_F(DrivesAfterStops, AFastOneASecondLater) {
   EXPECT_TRUE(rig.controller().braked());
 }
 
-TEST_F(DrivesAfterStops, WhatComesWithinTheSecondKeepsThemOn) {
+TEST_F(DrivesAfterStops, StayOnForACommandWithinTheSecond) {
   for (const api::RobotAction& action :
        {api::RobotAction(there()), api::RobotAction(api::InitRobot{}),
         api::RobotAction(api::StopMotion{StopKind::kNormal})}) {
@@ -109,7 +109,7 @@ TEST_F(DrivesAfterStops, InitRobotIsDoneOnceTheBrakesHaveReleased) {
   EXPECT_FALSE(rig.controller().braked());
 }
 
-TEST_F(DrivesAfterStops, WhatNeedsNoDriveLeavesThemOff) {
+TEST_F(DrivesAfterStops, StayOffForACommandThatNeedsNone) {
   stop(StopKind::kImmediate);
   rig.rest();
   rig.step();

@@ -58,9 +58,45 @@ TEST(CommandQueue, AFullQueueTakesStops) {
   }
   std::vector<QueuedCommand> out;
   queue.drain(out);
-  ASSERT_EQ(out.size(), 4 + stops.size());
+  // One stop of the belt does what the last ones do together.
+  ASSERT_EQ(out.size(), 4 + stops.size() - 2);
+  EXPECT_EQ(std::get<api::ConveyorCommand>(out.back().command.body),
+            (api::ConveyorCommand{.run = false, .speed_m_s = 0.1, .emergency_stop = true}));
   for (std::size_t i = 1; i < out.size(); ++i) EXPECT_GT(out[i].ticket, out[i - 1].ticket);
   EXPECT_EQ(out.back().ticket, last);
+}
+
+/// Settings that come with a stop make no two stops different enough to fill the queue.
+TEST(CommandQueue, AStopOfTheBeltIsTakenBehindAFloodOfOthers) {
+  CommandQueue queue(4);
+  for (int i = 0; i < 4; ++i) ASSERT_TRUE(queue.push(resume()));
+  for (int i = 0; i < 5000; ++i) {
+    const api::ConveyorCommand stop{.run = false, .forward = i % 2 == 0, .speed_m_s = 1e-5 * i};
+    ASSERT_TRUE(queue.push({.endpoint = 1, .body = stop}));
+  }
+  ASSERT_TRUE(queue.push({.endpoint = 2, .body = api::ConveyorCommand{.emergency_stop = true}}));
+  std::vector<QueuedCommand> out;
+  queue.drain(out);
+  ASSERT_EQ(out.size(), 5U);
+  EXPECT_EQ(std::get<api::ConveyorCommand>(out.back().command.body),
+            (api::ConveyorCommand{
+                .run = false, .forward = false, .speed_m_s = 1e-5 * 4999, .emergency_stop = true}));
+}
+
+/// A command between two stops keeps both in their order.
+TEST(CommandQueue, StopsAreNotMergedAcrossAnotherCommandOfTheBelt) {
+  CommandQueue queue(2);
+  const auto belt = [](api::ConveyorCommand command) {
+    return api::Command{.endpoint = 1, .body = command};
+  };
+  ASSERT_TRUE(queue.push(belt({.run = false, .speed_m_s = 0.1})));
+  ASSERT_TRUE(queue.push(belt({.run = true, .speed_m_s = 0.2})));
+  ASSERT_TRUE(queue.push(belt({.emergency_stop = true})));
+  std::vector<QueuedCommand> out;
+  queue.drain(out);
+  ASSERT_EQ(out.size(), 3U);
+  EXPECT_EQ(std::get<api::ConveyorCommand>(out[2].command.body),
+            api::ConveyorCommand{.emergency_stop = true});
 }
 
 TEST(CommandQueue, FullQueueRefusesAndDoesNotUseUpATicket) {
@@ -75,7 +111,7 @@ TEST(CommandQueue, FullQueueRefusesAndDoesNotUseUpATicket) {
   EXPECT_EQ(queue.push(pause()).value(), 3U);
 }
 
-/// Who floods leaves room for every other endpoint, however many flood.
+/// A flooding endpoint leaves room for every other endpoint, however many flood.
 TEST(CommandQueue, EachEndpointHasPlacesOfItsOwn) {
   CommandQueue queue(1024);
   const auto from = [&](api::EndpointId endpoint) {

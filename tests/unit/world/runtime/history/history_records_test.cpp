@@ -1,4 +1,4 @@
-// What is kept of the past, and for how long.
+// Contents of the history, and how long it keeps them.
 
 #include "world/runtime/history/history_records.hpp"
 

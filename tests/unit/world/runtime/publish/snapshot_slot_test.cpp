@@ -51,7 +51,7 @@ TEST(SnapshotSlot, WaitNewerTimesOutAndWakes) {
   EXPECT_EQ(slot.wait_newer(seen, std::chrono::steady_clock::now() + 10s)->step, 2U);
 }
 
-TEST(SnapshotSlot, WhoWaitsForAStepSeesTheFirstFromItOn) {
+TEST(SnapshotSlot, WaitReturnsTheFirstSnapshotFromTheStepOn) {
   SnapshotSlot slot;
   publish(slot, 1);
   const auto seen = slot.latest();

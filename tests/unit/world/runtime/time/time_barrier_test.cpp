@@ -123,7 +123,7 @@ TEST(TimeBarrier, ADeclaredPacerThatIsAwayHoldsTime) {
   EXPECT_EQ(barrier.due(), 0U);
 }
 
-TEST(TimeBarrier, WhoIsSilentIsLeftBehindAndCounted) {
+TEST(TimeBarrier, DropsAndCountsASilentPacer) {
   TimeBarrier barrier({.declared = {"crcl.fanuc", "crcl.motoman"}, .grace = 2s});
   const auto fanuc = join(barrier, "crcl.fanuc"), motoman = join(barrier, "crcl.motoman");
   barrier.expire(kBegin + 1h);
@@ -161,7 +161,7 @@ TEST(TimeBarrier, APlaceThatStaysEmptyIsGivenUpAfterTheGraceTime) {
   EXPECT_EQ(barrier.due(), 0U) << "it is back";
 }
 
-TEST(TimeBarrier, WhoIsShutOutIsNotWaitedForUntilItIsBack) {
+TEST(TimeBarrier, DoesNotWaitForAnExcludedPacer) {
   TimeBarrier barrier({.declared = {"crcl.fanuc", "crcl.motoman"}});
   const auto fanuc = join(barrier, "crcl.fanuc"), motoman = join(barrier, "crcl.motoman");
   barrier.request_until(fanuc, 25);

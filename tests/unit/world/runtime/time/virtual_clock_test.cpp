@@ -9,7 +9,7 @@ using namespace std::chrono_literals;
 
 // A call that is answered by a snapshot may be followed by the next one before the clock has been
 // told that the snapshot is out.
-TEST(VirtualClock, WhoAsksAtASnapshotAsksFromItsStepOn) {
+TEST(VirtualClock, CountsARequestFromItsSnapshotOn) {
   VirtualClock clock({.pacers = {"grpc", "crcl.fanuc"}, .grace = 0s}, 1ms, [] {});
   int reached = 0;
   const auto grpc = clock.join({.name = "grpc"}, [] {});

@@ -58,7 +58,7 @@ class RandomCircles {
 double depth_at(const RandomCircles& of, double angle) {
   const Eigen::Vector3d p =
       of.circle.c + std::cos(angle) * of.circle.a1 + std::sin(angle) * of.circle.a2;
-  return way_out(of.piece, std::hypot(p.x(), p.y()), p.z()).depth;
+  return penetration_exit(of.piece, std::hypot(p.x(), p.y()), p.z()).depth;
 }
 
 /// The deepest point is found wherever the circle lies, but for those that hide between samples.
@@ -74,17 +74,20 @@ TEST(CircleMaxima, FindsTheDeepestPoint) {
     for (int k = 0; k < kFine; ++k) {
       deepest = std::max(deepest, depth_at(at, 2 * std::numbers::pi * k / kFine));
     }
-    ClosedRing samples;
-    for (std::size_t i = 0; i < kRingSamples; ++i) {
+    ClosedCircleSamples samples;
+    for (std::size_t i = 0; i < kCircleSamples; ++i) {
       samples[i] = depth_at(at, kSampleAngle * static_cast<double>(i));
     }
     samples.back() = samples.front();
-    RingValues any;  // nothing is known of what is between them
+    CircleSamples any;  // nothing is known of what is between them
     any.fill(1);
     double found = 0;
-    const auto way_at = [&](const CirclePoint& point) { return way_out_along(at.piece, point); };
-    ring_maxima(find_peaks(samples, any, at.radius), at.circle, at.radius, way_at,
-                [&](const RingMaximum& maximum) { found = std::max(found, maximum.way.depth); });
+    const auto exit_at = [&](const CirclePoint& point) {
+      return penetration_exit_along(at.piece, point);
+    };
+    circle_extrema(
+        find_candidate_samples(samples, any, at.radius), at.circle, at.radius, exit_at,
+        [&](const CircleMaximum& maximum) { found = std::max(found, maximum.exit.depth); });
     if (deepest <= 0) continue;
     ++touching;
     if (found < deepest - 1e-8) {
@@ -105,11 +108,11 @@ TEST(CircleMaxima, SlopesAreDerivatives) {
   for (int n = 0; n < 4000; ++n) {
     RandomCircles at;
     at.next();
-    const Arc arc = at.circle.from_sample(RandomCircles::whole(0, kRingSamples - 1));
+    const Arc arc = at.circle.from_sample(RandomCircles::whole(0, kCircleSamples - 1));
     const double step = kSampleStep * RandomCircles::whole(-8, 8) / 8;
-    const SlopedWay here = way_out_along(at.piece, arc.at(step));
-    const SlopedWay before = way_out_along(at.piece, arc.at(step - kStep));
-    const SlopedWay after = way_out_along(at.piece, arc.at(step + kStep));
+    const ExitWithGradient here = penetration_exit_along(at.piece, arc.at(step));
+    const ExitWithGradient before = penetration_exit_along(at.piece, arc.at(step - kStep));
+    const ExitWithGradient after = penetration_exit_along(at.piece, arc.at(step + kStep));
     if (before.kind != here.kind || after.kind != here.kind) continue;
     ++compared;
     EXPECT_NEAR(here.slope, (after.depth - before.depth) / (2 * kStep), 1e-6 * (1 + at.radius));

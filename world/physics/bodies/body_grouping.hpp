@@ -2,13 +2,13 @@
 
 namespace aprsim::physics {
 
-/// What contact simplification has tied a body to; -1 = to nothing.
-struct Ties {
+/// Grouping of a body by contact simplification; -1 = none.
+struct BodyGrouping {
   int carrier = -1;   ///< the body that it is merged with
   int sleeping = -1;  ///< lowest body of its sleeping group
   int joined = -1;    ///< lowest body of those that virtual joints tie it to
 
-  bool operator==(const Ties&) const = default;
+  bool operator==(const BodyGrouping&) const = default;
 };
 
 }  // namespace aprsim::physics

@@ -1,4 +1,4 @@
-#include "world/physics/contacts/kept_contacts.hpp"
+#include "world/physics/contacts/contact_cache.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -35,7 +35,7 @@ class Seated {
 
   [[nodiscard]] const FreeBody& tray() const { return bodies_[kTray]; }
   [[nodiscard]] const FreeBody& gear() const { return bodies_[kGear]; }
-  [[nodiscard]] KeptContacts::Pair pair() const { return {kGear, kTray, &gear(), &tray()}; }
+  [[nodiscard]] ContactCache::Pair pair() const { return {kGear, kTray, &gear(), &tray()}; }
   [[nodiscard]] std::vector<Contact> found() const {
     std::vector<Contact> out;
     gear_tray(gear().gear_shape, gear().X_WB, *tray().tray, tray().X_WB, kGear, kTray, out);
@@ -60,10 +60,10 @@ class Seated {
     const double x = normal(random_), y = normal(random_), z = normal(random_);
     return Vector3d(x, y, z).normalized();
   }
-  Isometry3d motion(double way_m, double angle) {
+  Isometry3d motion(double displacement_m, double angle) {
     Isometry3d out = Isometry3d::Identity();
     out.linear() = Eigen::AngleAxisd(angle, direction()).matrix();
-    out.translation() = way_m * direction();
+    out.translation() = displacement_m * direction();
     return out;
   }
   void place(const Isometry3d& X_WT) {
@@ -83,25 +83,25 @@ double deepest(const std::vector<Contact>& contacts) {
   return depth;
 }
 
-std::vector<Contact> known(KeptContacts& kept, const KeptContacts::Pair& pair) {
+std::vector<Contact> known(ContactCache& kept, const ContactCache::Pair& pair) {
   std::vector<Contact> out;
   EXPECT_TRUE(kept.append(pair, out));
   return out;
 }
 
 // A gear that hardly moves has the contacts that would be found, wherever its tray has gone to.
-TEST(KeptContacts, AreThoseThatWouldBeFound) {
+TEST(ContactCache, AreThoseThatWouldBeFound) {
   int contacts = 0, same = 0;
   for (unsigned seed = 0; seed < 300; ++seed) {
     Seated seated(seed);
-    KeptContacts kept(2);
+    ContactCache kept(2);
     const auto before = seated.found();
-    kept.keep(seated.pair(), before, 0);
+    kept.store(seated.pair(), before, 0);
     kept.begin_step();
-    seated.move_on(0.9 * KeptContacts::kMoved);
+    seated.move_on(0.9 * ContactCache::kReuseDistance);
     const auto now = seated.found(), carried = known(kept, seated.pair());
     ASSERT_EQ(carried.size(), before.size());
-    EXPECT_NEAR(deepest(carried), deepest(now), KeptContacts::kMoved);
+    EXPECT_NEAR(deepest(carried), deepest(now), ContactCache::kReuseDistance);
     for (const Contact& contact : carried) {
       ++contacts;
       EXPECT_EQ(contact.a, kGear);
@@ -109,7 +109,7 @@ TEST(KeptContacts, AreThoseThatWouldBeFound) {
       EXPECT_EQ(contact.pair, SurfacePair::kGearTray);
       same += std::ranges::any_of(now, [&](const Contact& other) {
         return (other.p_W - contact.p_W).norm() < 1e-4 && (other.n_W - contact.n_W).norm() < 1e-2 &&
-               std::abs(other.depth_m - contact.depth_m) < 0.5 * KeptContacts::kMoved;
+               std::abs(other.depth_m - contact.depth_m) < 0.5 * ContactCache::kReuseDistance;
       });
     }
   }
@@ -117,32 +117,32 @@ TEST(KeptContacts, AreThoseThatWouldBeFound) {
   EXPECT_GT(same, 0.9 * contacts);
 }
 
-TEST(KeptContacts, AreFoundAnewWhenTheBodyHasMoved) {
+TEST(ContactCache, AreFoundAnewWhenTheBodyHasMoved) {
   for (unsigned seed = 0; seed < 100; ++seed) {
     Seated seated(seed);
-    KeptContacts kept(2);
-    kept.keep(seated.pair(), seated.found(), 0);
+    ContactCache kept(2);
+    kept.store(seated.pair(), seated.found(), 0);
     std::vector<Contact> out;
     // Little by little counts from where they were found.
     int steps = 0;
     for (bool carried = true; carried && steps < 200; ++steps) {
       kept.begin_step();
-      seated.move_on(0.5 * KeptContacts::kMoved);
+      seated.move_on(0.5 * ContactCache::kReuseDistance);
       carried = kept.append(seated.pair(), out);
     }
     EXPECT_GE(steps, 2);
     EXPECT_LT(steps, 200);
-    seated.move_on(2.1 * KeptContacts::kMoved);
-    kept.keep(seated.pair(), seated.found(), 0);
-    seated.move_on(2.1 * KeptContacts::kMoved);
+    seated.move_on(2.1 * ContactCache::kReuseDistance);
+    kept.store(seated.pair(), seated.found(), 0);
+    seated.move_on(2.1 * ContactCache::kReuseDistance);
     EXPECT_FALSE(kept.append(seated.pair(), out));
   }
 }
 
-TEST(KeptContacts, AreForgottenUnlessTheyAreUsedInEachStep) {
+TEST(ContactCache, AreForgottenUnlessTheyAreUsedInEachStep) {
   const Seated seated(3);
-  KeptContacts kept(2);
-  kept.keep(seated.pair(), seated.found(), 0);
+  ContactCache kept(2);
+  kept.store(seated.pair(), seated.found(), 0);
   std::vector<Contact> out;
   for (int step = 0; step < 5; ++step) {
     kept.begin_step();
@@ -152,18 +152,18 @@ TEST(KeptContacts, AreForgottenUnlessTheyAreUsedInEachStep) {
   kept.begin_step();
   EXPECT_FALSE(kept.append(seated.pair(), out));
   EXPECT_TRUE(kept.save().empty());
-  const KeptContacts::Pair other{kGear, -1, &seated.gear()};
+  const ContactCache::Pair other{kGear, -1, &seated.gear()};
   EXPECT_FALSE(kept.append(other, out));
 }
 
-TEST(KeptContacts, GoOnFromASavedStateBitForBit) {
+TEST(ContactCache, GoOnFromASavedStateBitForBit) {
   Seated seated(5);
-  KeptContacts kept(2);
-  kept.keep(seated.pair(), seated.found(), 0);
-  KeptContacts restored(2);
+  ContactCache kept(2);
+  kept.store(seated.pair(), seated.found(), 0);
+  ContactCache restored(2);
   restored.restore(kept.save());
   for (auto* one : {&kept, &restored}) one->begin_step();
-  seated.move_on(0.5 * KeptContacts::kMoved);
+  seated.move_on(0.5 * ContactCache::kReuseDistance);
   const auto a = known(kept, seated.pair()), b = known(restored, seated.pair());
   ASSERT_EQ(a.size(), b.size());
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -172,7 +172,7 @@ TEST(KeptContacts, GoOnFromASavedStateBitForBit) {
     EXPECT_EQ(a[i].depth_m, b[i].depth_m);
   }
   // Of a world with fewer bodies.
-  KeptContacts other(kGear);
+  ContactCache other(kGear);
   other.restore(kept.save());
   EXPECT_TRUE(other.save().empty());
 }

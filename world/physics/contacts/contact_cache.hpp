@@ -9,17 +9,17 @@
 
 namespace aprsim::physics {
 
-/// Contacts from one step to the next: those of two bodies that hardly move against each other are
-/// carried along with them, and found anew only when one has moved (persistent manifolds, as Bullet
-/// and Jolt keep them, but over much shorter ways). A part of what a world's later steps depend on.
-/// No call allocates after warm-up.
-class KeptContacts {
+/// Cache of contact manifolds from one step to the next (persistent manifolds, as in Bullet and
+/// Jolt, but over much shorter distances). Contacts of two bodies move with them, and are detected
+/// again once the relative motion exceeds kReuseDistance. Later steps depend on it, so it is part
+/// of the saved state. No call allocates after warm-up.
+class ContactCache {
  public:
-  /// What a body may have moved while its contacts are only carried along [m]: they are deeper or
-  /// shallower by their part of it, and what is new is by no more than that too deep.
-  static constexpr double kMoved = 1e-7;
+  /// Relative motion since detection up to which contacts are reused [m]. It bounds the error of
+  /// their depth, and the depth of a new contact that is missed.
+  static constexpr double kReuseDistance = 1e-7;
 
-  /// A body on another that is free, or on a fixed shape.
+  /// A free body on another free body or on a fixed shape.
   struct Pair {
     BodyIndex a = kGround;
     int on = 0;  ///< the other body, or -1 - index of the fixed shape
@@ -27,14 +27,14 @@ class KeptContacts {
     const FreeBody* body_b = nullptr;  ///< null for a fixed shape
   };
 
-  explicit KeptContacts(std::size_t bodies) : newest_(bodies, -1) {}
+  explicit ContactCache(std::size_t bodies) : newest_(bodies, -1) {}
 
-  /// What the last step had no use for is forgotten.
+  /// Entries that the last step did not use become free.
   void begin_step() { ++step_; }
-  /// Appends the contacts of a pair; false if they are to be found.
+  /// Appends the cached contacts of a pair; false if they must be detected.
   [[nodiscard]] bool append(const Pair& pair, std::vector<Contact>& out);
-  /// Takes what has been found of a pair, from `first` on.
-  void keep(const Pair& pair, const std::vector<Contact>& out, std::size_t first);
+  /// Stores the contacts of a pair, from `first` on.
+  void store(const Pair& pair, const std::vector<Contact>& out, std::size_t first);
 
   /// In b's frame.
   struct Point {
@@ -62,24 +62,33 @@ class KeptContacts {
       auto& [a, on, X_BA, points] = self;
       io(a, on, X_BA, points);
     }
+    template <typename In>
+    void require_valid(In& in) const {
+      in.index(In::kFreeBody, a);
+      if (on >= 0) {
+        in.index(In::kFreeBody, on);
+      } else {
+        in.index(In::kFixed, -1 - on);
+      }
+    }
   };
   using State = std::vector<Manifold>;
-  /// Those of the last step, ordered by pair.
+  /// The manifolds of the last step, ordered by pair.
   [[nodiscard]] State save() const;
-  /// Those of bodies that there are not are left out.
+  /// Ignores manifolds of bodies that do not exist.
   void restore(const State& state);
 
  private:
-  struct Kept {
+  struct Entry {
     Manifold manifold;
     std::uint64_t used = 0;  // in which step
     int older = -1;          // of the same body
   };
-  [[nodiscard]] bool is_fresh(const Kept& kept) const { return kept.used + 1 >= step_; }
-  [[nodiscard]] Kept* find(BodyIndex a, int on);
-  [[nodiscard]] Kept& place_for(BodyIndex a, int on);
+  [[nodiscard]] bool is_fresh(const Entry& entry) const { return entry.used + 1 >= step_; }
+  [[nodiscard]] Entry* find(BodyIndex a, int on);
+  [[nodiscard]] Entry& slot_for(BodyIndex a, int on);
 
-  std::vector<Kept> kept_;
+  std::vector<Entry> entries_;
   std::vector<int> newest_;  // by body a
   std::uint64_t step_ = 1;
 };

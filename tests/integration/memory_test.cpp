@@ -1,0 +1,72 @@
+// The memory of a daemon over simulated hours, and what /metrics says of it.
+
+#include <csignal>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/cell_client.hpp"
+#include "tests/support/daemon_process.hpp"
+#include "tests/support/raw_web_client.hpp"
+#include "tests/support/slope.hpp"
+
+namespace aprsim::test {
+namespace {
+
+double resident_mb(pid_t pid) {
+  std::ifstream status("/proc/" + std::to_string(pid) + "/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with("VmRSS:")) return std::stod(line.substr(6)) / 1024;
+  }
+  throw std::runtime_error("the daemon is gone");
+}
+
+/// A second of simulated time with as many events as an hour of kitting has in a minute.
+void live_a_second(CellClient& cell, int number) {
+  constexpr int kReports = 40;
+  for (int i = 0; i < kReports; ++i) {
+    v1::ReportEventRequest request;
+    request.set_event("order_" + std::to_string(number) + "_part_" + std::to_string(i));
+    v1::ReportEventResponse response;
+    grpc::ClientContext context;
+    CellClient::require(cell.control->ReportEvent(&context, request, &response));
+  }
+  cell.step(1000);
+}
+
+/// Measured in simulated time, so that the machine's speed does not decide.
+TEST(MemoryOfADaemon, StaysFlatOnceItsPastIsFull) {
+  DaemonProcess daemon({"--scene", "empty_belt", "--speed", "stepped", "--no-web", "--set",
+                        "history.minutes=1", "--set", "journal.memory_minutes=1"});
+  CellClient cell(daemon.port("grpc"));
+  // One minute fills history and journal, the bookmarks and the allocator's pools.
+  constexpr int kWarmUp_s = 75, kMeasured_s = 120;
+  std::vector<double> memory_mb;
+  for (int second = 0; second < kWarmUp_s + kMeasured_s; ++second) {
+    live_a_second(cell, second);
+    if (second >= kWarmUp_s) memory_mb.push_back(resident_mb(daemon.pid()));
+  }
+  // The log of events alone grew by 1.5 MB meanwhile, until it had all it keeps.
+  const double growth_mb = median_slope(memory_mb) * kMeasured_s;
+  EXPECT_LT(growth_mb, 0.4) << memory_mb.front() << " MB became " << memory_mb.back();
+  RecordProperty("growth_mb", std::to_string(growth_mb));
+}
+
+TEST(MemoryOfADaemon, IsToldByPart) {
+  DaemonProcess daemon({"--speed", "stepped", "--set", "memory.max_mb=300"});
+  RawWebClient client(daemon.port("web"));
+  const std::string metrics = client.request("GET /metrics HTTP/1.1");
+  EXPECT_NE(metrics.find("aprsim_memory_limit_bytes{part=\"total\"} 314572800"), std::string::npos);
+  for (const char* part : {"journal", "history", "saved_states", "clients"}) {
+    EXPECT_NE(metrics.find("aprsim_memory_limit_bytes{part=\"" + std::string(part) + "\"}"),
+              std::string::npos)
+        << part;
+  }
+  EXPECT_NE(metrics.find("aprsim_memory_used_bytes{part=\"events\"}"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace aprsim::test
