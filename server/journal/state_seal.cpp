@@ -78,16 +78,16 @@ void write_key(const fs::path& folder, const fs::path& path) {
   std::string draft = (folder / ".state.key.XXXXXX").string();
   const OpenFile file(mkostemp(draft.data(), O_CLOEXEC));
   if (file.get() < 0 ||
-      write(file.get(), key.data(), key.size()) != static_cast<ssize_t>(key.size()) ||
-      fsync(file.get()) != 0) {
+      ::write(file.get(), key.data(), key.size()) != static_cast<ssize_t>(key.size()) ||
+      ::fsync(file.get()) != 0) {
     const int error = errno;
-    unlink(draft.c_str());
+    ::unlink(draft.c_str());
     throw std::runtime_error(folder.string() + ": " + std::strerror(error));
   }
   // Whoever comes second takes the first one's.
-  const int linked = link(draft.c_str(), path.c_str());
+  const int linked = ::link(draft.c_str(), path.c_str());
   const int error = errno;
-  unlink(draft.c_str());
+  ::unlink(draft.c_str());
   if (linked != 0 && error != EEXIST) {
     throw std::runtime_error(path.string() + ": " + std::strerror(error));
   }

@@ -11,18 +11,11 @@
 #include "tests/support/cell_client.hpp"
 #include "tests/support/daemon_process.hpp"
 #include "tests/support/raw_web_client.hpp"
+#include "tests/support/resident_memory.hpp"
 #include "tests/support/slope.hpp"
 
 namespace aprsim::test {
 namespace {
-
-double resident_mb(pid_t pid) {
-  std::ifstream status("/proc/" + std::to_string(pid) + "/status");
-  for (std::string line; std::getline(status, line);) {
-    if (line.starts_with("VmRSS:")) return std::stod(line.substr(6)) / 1024;
-  }
-  throw std::runtime_error("the daemon is gone");
-}
 
 /// A second of simulated time with as many events as an hour of kitting has in a minute.
 void live_a_second(CellClient& cell, int number) {

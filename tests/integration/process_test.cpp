@@ -22,7 +22,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-const std::string kDaemon = std::string(APRSIM_BIN_DIR) + "/aprsimd";
+const std::string kDaemonPath = std::string(APRSIM_BIN_DIR) + "/aprsimd";
 
 /// A daemon that a shell command starts.
 class ShellDaemon {
@@ -30,7 +30,7 @@ class ShellDaemon {
   /// `command` uses $DAEMON, which listens on free ports, and ends in `exec $DAEMON ...`.
   explicit ShellDaemon(const std::string& command) {
     const std::string daemon =
-        kDaemon + " --any-port --no-web --speed stepped --ports-file " + ports_file();
+        kDaemonPath + " --any-port --no-web --speed stepped --ports-file " + ports_file();
     pid_ = ::fork();
     if (pid_ == 0) {
       ::setenv("DAEMON", daemon.c_str(), 1);
@@ -108,7 +108,7 @@ TEST(DaemonAsAProcess, SaysWhenItsOutputCannotBeWritten) {
   for (const std::string command :
        {"--print-config", "--list-keys", "--check", "--help", "--version", "token --help"}) {
     for (const std::string where : {">/dev/full", ">&-"}) {
-      const auto result = run_process({"/bin/sh", "-c", kDaemon + ' ' + command + where});
+      const auto result = run_process({"/bin/sh", "-c", kDaemonPath + ' ' + command + where});
       EXPECT_EQ(result.exit_code, 1) << command << where;
       EXPECT_NE(result.err.find("cannot write the output"), std::string::npos)
           << command << where << ": " << result.err;
@@ -117,7 +117,7 @@ TEST(DaemonAsAProcess, SaysWhenItsOutputCannotBeWritten) {
 }
 
 TEST(DaemonAsAProcess, SuggestsOptionsForMistypedOnes) {
-  const auto result = run_process({kDaemon, "--print-confg"});
+  const auto result = run_process({kDaemonPath, "--print-confg"});
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_NE(result.err.find("did you mean '--print-config'?"), std::string::npos) << result.err;
 }

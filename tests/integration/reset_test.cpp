@@ -12,6 +12,7 @@
 #include "tests/support/cell_client.hpp"
 #include "tests/support/crcl_text_client.hpp"
 #include "tests/support/daemon_process.hpp"
+#include "tests/support/resident_memory.hpp"
 #include "tests/support/slope.hpp"
 
 namespace aprsim::test {
@@ -27,14 +28,6 @@ constexpr double kLimit_mb = 0.05;
 int resets() {
   const char* const wish = std::getenv("APRSIM_RESETS");
   return wish != nullptr ? std::stoi(wish) : 150;
-}
-
-double resident_mb(pid_t pid) {
-  std::ifstream status("/proc/" + std::to_string(pid) + "/status");
-  for (std::string line; std::getline(status, line);) {
-    if (line.starts_with("VmRSS:")) return std::stod(line.substr(6)) / 1024;
-  }
-  throw std::runtime_error("the daemon is gone");
 }
 
 void reset(CellClient& cell, std::uint64_t seed, const std::string& scene) {

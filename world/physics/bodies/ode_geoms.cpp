@@ -43,7 +43,8 @@ struct Library {
 void prepare_thread() {
   // ODE requires one initialisation per process and per-thread data before dCollide.
   static const Library library;
-  static thread_local const int ready = dAllocateODEDataForThread(unsigned{dAllocateMaskAll});
+  static thread_local const int ready =
+      dAllocateODEDataForThread(static_cast<unsigned>(dAllocateMaskAll));
   if (ready == 0) throw PhysicsFailure("ODE could not allocate its data for this thread");
 }
 

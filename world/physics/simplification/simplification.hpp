@@ -118,7 +118,7 @@ class Simplification {
     }
     template <typename In>
     void require_valid(In& in) const {
-      in.index_or_none(In::kFreeBody, below);
+      in.index_or_none(In::kFreeBody, support);
     }
   };
   struct Island {
