@@ -48,7 +48,7 @@ Journal::Journal(JournalOptions options)
     : options_(std::move(options)),
       authoritative_(options_.max_queue_bytes),
       informational_(options_.max_queue_bytes),
-      scenes_(options_.header),
+      scenes_(options_.header, seal_),
       ring_(steps_of(options_.memory_span), options_.max_memory_bytes) {
   if (!options_.place.empty()) {
     disk_.emplace(options_.place, options_.max_file_bytes, options_.header,

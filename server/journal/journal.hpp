@@ -119,6 +119,7 @@ class Journal final : public world::Recorder,
   RecordQueue::Taken taken_authoritative_, taken_informational_;
   aprsim::journal::FrameEncoder encoder_;
   Frame next_;  ///< describes the records in the encoder
+  const StateSeal seal_{StateSeal::folder()};
   SceneWriter scenes_;
   FrameRing ring_;
   std::optional<JournalDisk> disk_;

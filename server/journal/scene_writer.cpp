@@ -32,6 +32,7 @@ void SceneWriter::write(const world::WorldState& state, v1::JournalCheckpoint& c
   const v1::JournalScene& base = message_of(state.base_scene(), base_);
   if (base.text() != header_text_) *checkpoint.mutable_scene() = base;
   if (state.base) *checkpoint.mutable_changed_scene() = message_of(state.scene, changed_);
+  seal_.sign(header_text_, checkpoint);
 }
 
 }  // namespace aprsim::server::journal

@@ -6,20 +6,23 @@
 
 #include "aprsim/v1/journal.pb.h"
 #include "server/journal/record_queue.hpp"
+#include "server/journal/state_seal.hpp"
 #include "world/scene/model/scene.hpp"
 
 namespace aprsim::server::journal {
 
-/// Writes the scenes of epochs and checkpoints where they differ from the header's. Thread: one at
-/// a time.
+/// Writes the scenes of epochs and checkpoints where they differ from the header's, and signs
+/// checkpoints. Thread: one at a time.
 class SceneWriter {
  public:
-  explicit SceneWriter(const v1::JournalHeader& header) : header_text_(header.scene_text()) {}
+  /// `seal` outlives the writer.
+  SceneWriter(const v1::JournalHeader& header, const StateSeal& seal)
+      : header_text_(header.scene_text()), seal_(seal) {}
 
   /// Writes the scene of an epoch or checkpoint into its record; does nothing for other entries.
   /// Throws std::runtime_error for a scene without a text.
   void write(const Entry& entry, v1::JournalRecord& record);
-  /// Writes the scenes of a state into its checkpoint.
+  /// Writes the scenes of a state into its checkpoint, which has the state, and signs it.
   void write(const world::WorldState& state, v1::JournalCheckpoint& checkpoint);
 
  private:
@@ -32,6 +35,7 @@ class SceneWriter {
   [[nodiscard]] static const v1::JournalScene& message_of(const ScenePtr& scene, Written& last);
 
   const std::string header_text_;
+  const StateSeal& seal_;
   Written base_, changed_;
 };
 

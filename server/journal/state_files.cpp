@@ -115,11 +115,11 @@ Result<std::string> SceneStateFiles::write(const std::string& name,
   checkpoint.set_state(world::to_bytes(*state));
   checkpoint.set_state_sha256(sha256(checkpoint.state()));
   checkpoint.set_hash(world_in(*state).state_hash());
-  SceneWriter(*header).write(*state, checkpoint);
+  SceneWriter(*header, seal()).write(*state, checkpoint);
   encoder.add(record);
   record.mutable_end()->mutable_time()->set_step(state->steps);
   encoder.add(record);
-  return seal().sign(std::string(aprsim::journal::kMagic) + encoder.take());
+  return std::string(aprsim::journal::kMagic) + encoder.take();
 } catch (const std::exception& failure) {
   return fail(ErrorCode::kUnavailable, "state",
               "the state cannot be written: " + std::string(failure.what()));
@@ -128,12 +128,7 @@ Result<std::string> SceneStateFiles::write(const std::string& name,
 /// One at a time, which bounds the memory of many readers.
 Result<protocols::StateFiles::Read> SceneStateFiles::read(std::string bytes) try {
   const std::lock_guard lock(mutex_);
-  if (!accepts_foreign_ && !seal().has_signed(bytes)) {
-    return refused(
-        "the state cannot be loaded: it is not signed with the key of this daemon's user, or was "
-        "changed since; a daemon started with --allow-foreign-states loads it");
-  }
-  return read_signed(std::move(bytes));
+  return read_first(std::move(bytes));
 } catch (const std::exception& failure) {
   const std::lock_guard lock(mutex_);
   world_.reset();
@@ -141,7 +136,7 @@ Result<protocols::StateFiles::Read> SceneStateFiles::read(std::string bytes) try
               "the state cannot be restored: " + std::string(failure.what()));
 }
 
-Result<protocols::StateFiles::Read> SceneStateFiles::read_signed(std::string bytes) {
+Result<protocols::StateFiles::Read> SceneStateFiles::read_first(std::string bytes) {
   auto reader = aprsim::journal::JournalReader::of_bytes(
       std::move(bytes), {.frame = kMaxUnpackedBytes, .file = kMaxUnpackedBytes});
   if (!reader) return fail(reader.error().code, "file", reader.error().message);
@@ -156,6 +151,12 @@ Result<protocols::StateFiles::Read> SceneStateFiles::read_signed(std::string byt
   for (v1::JournalRecord record; reader->next(record);) {
     if (record.has_epoch()) name = record.epoch().loaded_state();
     if (!record.has_checkpoint()) continue;
+    if (!accepts_foreign_ &&
+        !seal().has_signed(reader->header().scene_text(), record.checkpoint())) {
+      return refused(
+          "the state cannot be loaded: it is not signed with the key of this daemon's user, or was "
+          "changed since; a daemon started with --allow-foreign-states loads it");
+    }
     auto state = scenes.state_of(record.checkpoint());
     if (!state) return fail(state.error().code, "file", state.error().message);
     if (record.checkpoint().has_scene()) {

@@ -17,9 +17,10 @@
 namespace aprsim::server::journal {
 
 /// Saved states as journals of one state: the scene with its models and digests, an epoch that
-/// begins with the state's name, the state as its checkpoint with the changes of its scene, and a
-/// signature (StateSeal). Reads states that are signed with the key of this user, others only if
-/// the configuration allows them. Restores each in a world of its own first. Thread: any.
+/// begins with the state's name, and the state as its checkpoint with the changes of its scene and
+/// a signature (StateSeal). Reads the first state of such a file or of a run's journal, if it is
+/// signed with the key of this user or the configuration allows others. Restores each in a world of
+/// its own first. Thread: any.
 class SceneStateFiles final : public protocols::StateFiles {
  public:
   using FindScene = std::function<std::shared_ptr<const scene::Scene>()>;
@@ -35,7 +36,7 @@ class SceneStateFiles final : public protocols::StateFiles {
  private:
   [[nodiscard]] Result<v1::JournalHeader> header(const scene::Scene& scene) const;
   [[nodiscard]] const StateSeal& seal();
-  [[nodiscard]] Result<Read> read_signed(std::string bytes);
+  [[nodiscard]] Result<Read> read_first(std::string bytes);
   [[nodiscard]] Result<void> check(const world::WorldState& state,
                                    const v1::JournalCheckpoint& checkpoint);
   /// The world of the state's scene, in that state.

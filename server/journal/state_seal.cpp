@@ -22,10 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kKeyBytes = 32, kCodeBytes = 32;
-/// Head of a skippable zstd frame of kCodeBytes (RFC 8878, 3.1.2), with another number than that of
-/// a journal's first one.
-constexpr std::string_view kFrameHead{"\x51\x2a\x4d\x18\x20\x00\x00\x00", 8};
+constexpr std::size_t kKeyBytes = 32;
 
 std::string random_key() {
   std::string key(kKeyBytes, '\0');
@@ -125,26 +122,32 @@ StateSeal::StateSeal(const std::string& folder) {
   if (key_.empty()) key_ = random_key();
 }
 
-std::string StateSeal::code_of(std::string_view bytes) const {
+/// Each part with its length before it, so that no two checkpoints have the same bytes.
+std::string StateSeal::code_of(const std::string& header_scene,
+                               const v1::JournalCheckpoint& checkpoint) const {
+  std::string signed_bytes;
+  for (const std::string& part :
+       {header_scene, checkpoint.scene().name(), checkpoint.scene().text(),
+        checkpoint.changed_scene().name(), checkpoint.changed_scene().text(), checkpoint.state()}) {
+    signed_bytes += std::to_string(part.size()) + ':' + part;
+  }
   std::array<unsigned char, EVP_MAX_MD_SIZE> code{};
   unsigned size = 0;
   HMAC(EVP_sha256(), key_.data(), static_cast<int>(key_.size()),
-       reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), code.data(), &size);
+       reinterpret_cast<const unsigned char*>(signed_bytes.data()), signed_bytes.size(),
+       code.data(), &size);
   return {reinterpret_cast<const char*>(code.data()), size};
 }
 
-std::string StateSeal::sign(std::string bytes) const {
-  bytes += kFrameHead;
-  bytes += code_of(bytes);
-  return bytes;
+void StateSeal::sign(const std::string& header_scene, v1::JournalCheckpoint& checkpoint) const {
+  checkpoint.set_signature(code_of(header_scene, checkpoint));
 }
 
-bool StateSeal::has_signed(std::string_view bytes) const {
-  if (bytes.size() < kFrameHead.size() + kCodeBytes) return false;
-  const std::string_view code = bytes.substr(bytes.size() - kCodeBytes);
-  const std::string_view before = bytes.substr(0, bytes.size() - kCodeBytes);
-  return before.ends_with(kFrameHead) &&
-         CRYPTO_memcmp(code_of(before).data(), code.data(), kCodeBytes) == 0;
+bool StateSeal::has_signed(const std::string& header_scene,
+                           const v1::JournalCheckpoint& checkpoint) const {
+  const std::string code = code_of(header_scene, checkpoint);
+  return checkpoint.signature().size() == code.size() &&
+         CRYPTO_memcmp(code.data(), checkpoint.signature().data(), code.size()) == 0;
 }
 
 }  // namespace aprsim::server::journal

@@ -1,13 +1,14 @@
 #pragma once
 
 #include <string>
-#include <string_view>
+
+#include "aprsim/v1/journal.pb.h"
 
 namespace aprsim::server::journal {
 
-/// Signs the files of saved states with the key of this user's state folder, and recognises them.
-/// The signature (HMAC-SHA-256 of all bytes before it) is the last frame of a file; readers of
-/// journals skip it. Thread: one at a time.
+/// Signs the checkpoints of journals and saved states with the key of this user's state folder, and
+/// recognises them. A signature is the HMAC-SHA-256 of the state and the scenes that it belongs to.
+/// Thread: any.
 class StateSeal {
  public:
   /// Reads the key from `state.key` in `folder`, which is made with a random key where it does not
@@ -18,13 +19,15 @@ class StateSeal {
   /// is set.
   [[nodiscard]] static std::string folder();
 
-  /// The file with its signature.
-  [[nodiscard]] std::string sign(std::string bytes) const;
-  /// Whether the file ends with its signature by this key.
-  [[nodiscard]] bool has_signed(std::string_view bytes) const;
+  /// Sets the signature of a checkpoint in a journal whose header has the scene `header_scene`.
+  void sign(const std::string& header_scene, v1::JournalCheckpoint& checkpoint) const;
+  /// Whether this key has signed the checkpoint.
+  [[nodiscard]] bool has_signed(const std::string& header_scene,
+                                const v1::JournalCheckpoint& checkpoint) const;
 
  private:
-  [[nodiscard]] std::string code_of(std::string_view bytes) const;
+  [[nodiscard]] std::string code_of(const std::string& header_scene,
+                                    const v1::JournalCheckpoint& checkpoint) const;
 
   std::string key_;
 };

@@ -210,7 +210,7 @@ class SlurmTest(unittest.TestCase):
         for task in range(TASKS):
             log = (self.directory / f"task_{task}.log").read_text()
             self.assertIn(f"shard {task} of {TASKS}", log)
-            self.assertIn("1 runs, 1 as expected", log)
+            self.assertIn("1 run, 1 as expected", log)
         again = (self.directory / f"task_{victim}.log").read_text()
         self.assertIn("start 1", again)
         self.assertIn("start 2", again)

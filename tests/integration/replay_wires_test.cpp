@@ -166,7 +166,7 @@ TEST_F(ReplayOfWires, GivesAllRepliesAgainAndNamesTheFirstThatIsAnotherOne) {
          (*wire.mutable_data())[9 + 2 * 4 + 1] ^= 1;
          return true;
        }},
-      {"vision.fanuc", "a line that the camera does not give out", [&](v1::JournalWire& wire) {
+      {"vision.fanuc", "a line that the camera does not send", [&](v1::JournalWire& wire) {
          return sent_by(wire, "vision.fanuc", step) && change_before(*wire.mutable_data(), ",P,");
        }}};
   for (const Case& one : cases) {

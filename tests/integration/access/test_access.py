@@ -261,10 +261,12 @@ class Matrix(WithAuthority):
         self.assertIn("is refused: authorization: the token is not one of this daemon", self.daemon.log())
         for token in (*self.tokens.values(), late):
             self.assertNotIn(token, self.daemon.log())
-        # Then an address waits, also with the right one.
+        # Then the address waits with further guesses, and never with a right token.
+        self.call(channel, "aprsim.v1.ControlService/Pause", "guess")
         code, _ = self.call(channel, "aprsim.v1.ControlService/Pause", "guess")
-        code, _ = self.call(channel, "aprsim.v1.ControlService/Pause", self.tokens["admin"])
         self.assertEqual(code, grpc.StatusCode.RESOURCE_EXHAUSTED)
+        code, details = self.call(channel, "aprsim.v1.ControlService/Pause", self.tokens["admin"])
+        self.assertEqual(code, grpc.StatusCode.OK, details)
 
         def applied():
             with Cell.connect(self.daemon.ports_file, ca=self.authority.certificate) as cell:

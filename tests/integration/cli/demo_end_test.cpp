@@ -25,7 +25,7 @@ TEST(UsedUpDemo, SaysSoAtOnce) {
   ASSERT_GE(done, 1) << last.out << last.err;
   ASSERT_LT(done, kMany);
   EXPECT_EQ(last.exit_code, 1) << last.out;
-  EXPECT_NE(last.err.find("'aprsim reset' starts anew"), std::string::npos) << last.err;
+  EXPECT_NE(last.err.find("'aprsim reset' restarts the cell"), std::string::npos) << last.err;
   // A few to begin and to end with, and for each height at which something lies one refusal, or one
   // gear that is taken and put back: nothing farther out is tried.
   EXPECT_LE(command_id(daemon) - before, 80) << last.out << last.err;

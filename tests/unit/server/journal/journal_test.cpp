@@ -18,6 +18,7 @@
 #include <gtest/gtest.h>
 
 #include "proto/journal/journal_reader.hpp"
+#include "server/journal/digest.hpp"
 #include "server/journal/recorded_scenes.hpp"
 #include "server/journal/run_header.hpp"
 #include "server/replay/replay.hpp"
@@ -208,10 +209,12 @@ TEST_F(JournalOfARun, HasCheckpointsThatAreComparedByteForByte) {
   RecordedScenes scenes(scene_);
   const std::string& bytes = checkpoint->checkpoint().state();
   int tried = 0;
-  for (std::size_t at = bytes.size() / 40; at < bytes.size(); at += bytes.size() / 40) {
+  for (std::size_t at = bytes.size() / 200; at < bytes.size() && tried < 5;
+       at += bytes.size() / 200) {
     auto changed = all;
     auto& other = *changed[static_cast<std::size_t>(checkpoint - all.begin())].mutable_checkpoint();
     (*other.mutable_state())[at] ^= 1;
+    other.set_state_sha256(sha256(other.state()));
     const auto state = scenes.state_of(other);
     if (!state || world::to_bytes(*state) == bytes) continue;
     ++tried;

@@ -50,7 +50,7 @@ class SavedStateFiles : public testing::Test {
   test::TemporaryDirectory directory_;
 };
 
-/// The file with one change of its checkpoint, without a signature.
+/// The file with one change of its checkpoint, which its signature does not cover.
 std::string changed(const std::string& bytes,
                     const std::function<void(v1::JournalCheckpoint&)>& change) {
   auto reader = aprsim::journal::JournalReader::of_bytes(bytes);
@@ -79,10 +79,13 @@ TEST_F(SavedStateFiles, ComeBackWithTheKeyOfThisUser) {
 
 TEST_F(SavedStateFiles, WithoutThatKeyAreRefusedUnlessForeignOnesAreAllowed) {
   const std::string bytes = saved();
-  std::string unsigned_bytes = bytes.substr(0, bytes.size() - 40), flipped = bytes;
-  flipped.back() = static_cast<char>(flipped.back() ^ 1);
-  for (const std::string& foreign :
-       {unsigned_bytes, flipped, std::string(), std::string(40, 'x')}) {
+  const std::string unsigned_bytes =
+      changed(bytes, [](auto& checkpoint) { checkpoint.clear_signature(); });
+  const std::string flipped =
+      changed(bytes, [](auto& checkpoint) { checkpoint.mutable_signature()->back() ^= 1; });
+  const std::string other_scene = changed(
+      bytes, [](auto& checkpoint) { checkpoint.mutable_changed_scene()->set_text(scene()->text); });
+  for (const std::string& foreign : {unsigned_bytes, flipped, other_scene}) {
     const auto refused = files().read(foreign);
     ASSERT_FALSE(refused.has_value());
     EXPECT_NE(refused.error().message.find("--allow-foreign-states"), std::string::npos)
