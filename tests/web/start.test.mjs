@@ -90,8 +90,19 @@ test('joints, tool and gripper of either robot fit 1440 x 900 without scrolling'
   for (const name of ['fanuc', 'motoman']) {
     await page.getByTestId(`choose-${name}`).click();
     const robot = page.getByTestId(`robot-${name}`);
-    for (const part of await robot.locator('button:visible, output, input, dd').all())
-      assert.ok(await isInView(part), `${name}: ${await part.evaluate((e) => e.outerHTML)}`);
+    await robot.waitFor();
+    const outside = await robot.evaluate((element) =>
+      [...element.querySelectorAll('button, output, input, dd')]
+        .filter((part) => part.offsetParent !== null)
+        .filter((part) => {
+          const {left, right, top, bottom} = part.getBoundingClientRect();
+          const over = document.elementFromPoint((left + right) / 2, (top + bottom) / 2);
+          const covered = over !== part && !part.contains(over);
+          return left < 0 || top < 0 || right > innerWidth || bottom > innerHeight || covered;
+        })
+        .map((part) => part.outerHTML)
+    );
+    assert.deepEqual(outside, [], name);
     const {scrollHeight, clientHeight} = await page
       .locator('.panel.robots')
       .evaluate(({scrollHeight, clientHeight}) => ({scrollHeight, clientHeight}));
