@@ -165,7 +165,7 @@ test('the cell goes back to a moment, when it is asked twice', async () => {
   assert.equal((await live()).epoch, before.epoch);
   await page.getByTestId('resume-here').click();
   const dialog = page.getByRole('dialog', {name: 'Resume from here?'});
-  assert.match(await dialog.textContent(), /goes back to \d+\.\d{3} s/);
+  assert.match(await dialog.textContent(), /returns to \d+\.\d{3} s/);
   await dialog.getByTestId('confirm').click();
   await until('a new epoch', async () => (await live()).epoch === before.epoch + 1);
   const now = await live();

@@ -137,7 +137,7 @@ test('Escape closes what is open before it stops anything', async () => {
   const stops = () =>
     page.evaluate(() => {
       const {connection} = document.querySelector('main.stage').view.state;
-      if (!connection.request.stops) {
+      if (connection.request.stops === undefined) {
         const request = connection.request.bind(connection);
         connection.request = (body, patience_ms) => {
           if (body.case === 'stopCell') ++connection.request.stops;

@@ -11,10 +11,14 @@ import {
   writeRegister
 } from './harness.mjs';
 
-let browser;
-before(async () => (browser = await openBrowser()));
+let browser, plain; // with and without WebGL
+before(async () => {
+  browser = await openBrowser();
+  plain = await openPlainBrowser();
+});
 after(async () => {
   await browser?.close();
+  await plain?.close();
   await stopAll();
 });
 
@@ -53,7 +57,7 @@ test('all tabs and the start are in view at any width, until something has run',
 
 test('in a paused cell the demo offers to resume', async () => {
   const daemon = await Daemon.start(['--speed', 'stepped']);
-  const page = await openPage(browser, daemon);
+  const page = await openPage(plain, daemon, {frames: 'none'});
   await until('the start', () => page.getByTestId('start-demo').isEnabled());
   await page.getByTestId('start-demo').click();
   const dialog = page.getByRole('dialog', {name: 'The cell is paused'});
@@ -79,12 +83,26 @@ test('in a paused cell the demo offers to resume', async () => {
 
 test('joints, tool and gripper of either robot fit 1440 x 900 without scrolling', async () => {
   const daemon = await Daemon.start();
-  const page = await openPage(browser, daemon, {viewport: {width: 1440, height: 900}});
+  const page = await openPage(plain, daemon, {
+    frames: 'none',
+    viewport: {width: 1440, height: 900}
+  });
   for (const name of ['fanuc', 'motoman']) {
     await page.getByTestId(`choose-${name}`).click();
     const robot = page.getByTestId(`robot-${name}`);
-    for (const part of await robot.locator('button:visible, output, input, dd').all())
-      assert.ok(await isInView(part), `${name}: ${await part.evaluate((e) => e.outerHTML)}`);
+    await robot.waitFor();
+    const outside = await robot.evaluate((element) =>
+      [...element.querySelectorAll('button, output, input, dd')]
+        .filter((part) => part.offsetParent !== null)
+        .filter((part) => {
+          const {left, right, top, bottom} = part.getBoundingClientRect();
+          const over = document.elementFromPoint((left + right) / 2, (top + bottom) / 2);
+          const covered = over !== part && !part.contains(over);
+          return left < 0 || top < 0 || right > innerWidth || bottom > innerHeight || covered;
+        })
+        .map((part) => part.outerHTML)
+    );
+    assert.deepEqual(outside, [], name);
     const {scrollHeight, clientHeight} = await page
       .locator('.panel.robots')
       .evaluate(({scrollHeight, clientHeight}) => ({scrollHeight, clientHeight}));
@@ -96,7 +114,6 @@ test('joints, tool and gripper of either robot fit 1440 x 900 without scrolling'
 
 test('without WebGL one line is where the view would be, and all else works', async () => {
   const daemon = await Daemon.start();
-  const plain = await openPlainBrowser();
   const page = await openPage(plain, daemon, {frames: 'none'});
   await until('the line', async () =>
     /does not offer WebGL/.test(await page.getByTestId('no-webgl').textContent())
@@ -133,6 +150,6 @@ test('without WebGL one line is where the view would be, and all else works', as
   await until('the past', async () => (await page.getByTestId('rtf').textContent()) === 'past');
   await page.getByTestId('past-now').click();
   assert.deepEqual(page.complaints, []);
-  await plain.close();
+  await page.context().close();
   await daemon.stop();
 });
