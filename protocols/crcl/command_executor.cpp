@@ -277,6 +277,8 @@ void CommandExecutor::bad_document(const std::string& reason) {
 }
 
 void CommandExecutor::client_lost(const Caller& caller, const std::string& reason) {
+  // Another client's loss must not stop the motion of this one.
+  if (caller.peer != commander_) return;
   stop_robot();
   if (lifecycle_.in_error()) return;
   lifecycle_.fail("The connection of " + caller.peer + " was lost: " + reason);
@@ -307,6 +309,7 @@ void CommandExecutor::carry_out(const crcl::CommandInstance& instance, const Cal
   const bool required = std::ranges::any_of(*guards, &api::Guard::require_trigger);
   Visitor visitor{*this, caller, *std::move(guards)};
   std::visit(visitor, command.body);
+  if (lifecycle_.pending()) commander_ = caller.peer;
   if (!visitor.guards.empty()) {
     // The command ended before a guard could be checked.
     if (required && !lifecycle_.in_error()) {

@@ -60,7 +60,8 @@ class CommandExecutor {
   void refuse(const std::string& type, std::int64_t id, const std::string& reason);
   /// Stops the robot and latches an error, under the id of the last command.
   void bad_document(const std::string& reason);
-  /// The same for a connection that did not close but was reset or broken.
+  /// The same for the connection of the latest command to the robot, if it did not close but was
+  /// reset or broken; nothing for others.
   void client_lost(const Caller& caller, const std::string& reason);
 
   /// Continues the running program. To be called periodically while runs_program().
@@ -128,6 +129,7 @@ class CommandExecutor {
   protocols::RateLimit program_pace_;
   bool in_program_ = false;                     // the latest command belongs to program_
   std::optional<crcl::CommandState> end_told_;  // of the latest command
+  std::string commander_;                       // peer that sent the robot's latest command
   /// State of the previous command, while an injected fault reports that instead.
   std::optional<crcl::CommandStatus> old_status_;
   std::function<void()> wake_;

@@ -199,7 +199,7 @@ void CrclConnection::end_with(const error_code& error) {
   executor_.log().info(peer() + " disconnected (" + error.message() + ")");
   end_ = "by the client";
   const bool lost = protocols::peer_end(error) == protocols::PeerEnd::kLost;
-  if (lost && session_.has_commanded()) executor_.client_lost(session_.caller(), error.message());
+  if (lost) executor_.client_lost(session_.caller(), error.message());
   close();
 }
 

@@ -145,7 +145,6 @@ void CrclSession::handle_program(const crcl::Result<crcl::Program>& program,
 }
 
 bool CrclSession::admits_command() {
-  commanded_ = true;
   return wire_.admits_command();
 }
 

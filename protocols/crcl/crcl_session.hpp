@@ -99,8 +99,6 @@ class CrclSession {
   [[nodiscard]] bool waits_for_time() const { return pacer_.waiting(); }
   /// Whether its polls pass virtual time.
   [[nodiscard]] bool paces() const { return pacer_.joined(); }
-  /// Whether the client has sent anything but GetStatus.
-  [[nodiscard]] bool has_commanded() const { return commanded_; }
   /// Not let in again for a while.
   void exclude() { pacer_.exclude(); }
   /// No more of anything. Again: nothing.
@@ -140,7 +138,6 @@ class CrclSession {
   std::string get_status_;  // the latest GetStatus, which clients repeat byte for byte
   protocols::DelayedReplies<Answer> late_;  // statuses that an injected fault holds back
   protocols::TimePacer pacer_;
-  bool commanded_ = false;
   bool paused_ = false;  // an injected fault holds back the document at hand
   boost::asio::steady_timer pause_timer_;
   std::chrono::steady_clock::time_point read_at_{},  // the bytes of the document at hand

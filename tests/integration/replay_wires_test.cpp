@@ -109,6 +109,7 @@ class ReplayOfWires : public testing::Test {
     while (reader->next(record)) {
       if (!found && record.has_wire()) found = change(*record.mutable_wire());
       encoder.add(record);
+      if (encoder.pending() >= journal::kFrameBytes) bytes += encoder.take();
     }
     EXPECT_TRUE(found);
     return directory_.write("changed.journal", bytes + encoder.take());
@@ -205,6 +206,7 @@ TEST_F(ReplayOfWires, SaysWhenARobotDoesOtherwise) {
       joint.set_position_rad(joint.position_rad() + 1e-4);
     }
     encoder.add(record);
+    if (encoder.pending() >= journal::kFrameBytes) bytes += encoder.take();
   }
   ASSERT_GT(at, 0U);
   const auto found = replayed(directory_.write("other.journal", bytes + encoder.take()));
