@@ -144,9 +144,7 @@ void CrclSession::handle_program(const crcl::Result<crcl::Program>& program,
   if (admits_command()) executor_.execute(*program, caller_);
 }
 
-bool CrclSession::admits_command() {
-  return wire_.admits_command();
-}
+bool CrclSession::admits_command() { return wire_.admits_command(); }
 
 void CrclSession::handle_undecodable(const crcl::Error& error) {
   if (error.kind != crcl::ErrorKind::kBadValue) return fail(error);
@@ -245,7 +243,9 @@ void CrclSession::tap_status(const crcl::CommandStatus& status, const std::strin
                              .state = std::string(crcl::name_of(status.state))};
   if (executor_.first_to_tell_end(status.state)) {
     protocols::WireEvent end = event;
-    if (status.description) end.state += ": " + *status.description;
+    if (status.description && !status.description->empty()) {
+      end.state += ": " + *status.description;
+    }
     options_.tap->note(std::move(end));
   }
   if (!polls_tapped()) return;

@@ -60,7 +60,11 @@ Result<void> JournalFiles::claim() {
       ::close(std::exchange(first_, -1));
       return fail(ErrorCode::kUnavailable, "journal", file_ + kInUse);
     }
-    lock_ = ::fcntl(first_, F_DUPFD_CLOEXEC, 0);
+    // A FIFO must close with its reader: what that one left is not for the next.
+    struct stat status {};
+    if (::fstat(first_, &status) == 0 && S_ISREG(status.st_mode)) {
+      lock_ = ::fcntl(first_, F_DUPFD_CLOEXEC, 0);
+    }
   }
   claimed_ = true;
   return {};

@@ -171,7 +171,7 @@ TEST(Access, ATokenOnTheCommandLineIsRefused) {
   for (const char* argument : {"web.token=open sesame", "web={token: open sesame}"}) {
     const auto result = run_process({kAprsimd, "--set", argument, "--check"});
     EXPECT_EQ(result.exit_code, 2);
-    EXPECT_NE(result.err.find("not on the command line"), std::string::npos) << result.err;
+    EXPECT_NE(result.err.find("not allowed on the command line"), std::string::npos) << result.err;
     EXPECT_EQ(result.err.find("sesame"), std::string::npos) << result.err;
   }
   const auto missing = run_process({kAprsimd, "--token-file", "/nonexistent", "--check"});

@@ -268,7 +268,7 @@ TEST(Daemon, ADemoThatCannotBeIsOneClearLine) {
       << unknown.err;
   const auto paced = run_process({kDaemon, "--demo", "--time", "virtual", "--any-port"});
   EXPECT_EQ(paced.exit_code, 2);
-  EXPECT_NE(paced.err.find("--demo: not in virtual time"), std::string::npos) << paced.err;
+  EXPECT_NE(paced.err.find("--demo: not possible in virtual time"), std::string::npos) << paced.err;
 }
 
 TEST(Daemon, SteppedTimeMovesOnlyWhenStepped) {

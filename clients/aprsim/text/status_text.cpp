@@ -93,7 +93,7 @@ std::string virtual_time_text(const v1::VirtualTime& time, const Paint& paint) {
     out += time.pacers_size() > 0 ? "paced by " + joined(time.pacers()) : "stands";
   }
   if (!time.reproducible()) {
-    out += fmt::format("; not reproducible: {} times by the wall clock, {} clients left behind",
+    out += fmt::format("; not reproducible: followed the wall clock {} times, dropped {} clients",
                        time.fallbacks(), time.expired());
   }
   return out + "\n";

@@ -94,8 +94,8 @@ TEST_F(WireJoints, ReportsAreInTheirUnitsSensesAndNumbers) {
                    "</ReportVelocity></ConfigureJointReport>");
   const std::vector<crcl::JointStatus> joints = client_->status().joints;
   ASSERT_EQ(joints.size(), 3U);
-  EXPECT_NEAR(*joints[0].position, -0.2 * kPulses, 1e-6);
-  EXPECT_NEAR(*joints[0].velocity, -0.02 * kPulses, 1e-6);
+  EXPECT_NEAR(*joints[0].position, -0.2 * kPulses, 1e-3);  // statuses have a thousandth of a pulse
+  EXPECT_NEAR(*joints[0].velocity, -0.02 * kPulses, 1e-3);
   EXPECT_EQ(*joints[0].torque, -2);
   EXPECT_NEAR(*joints[1].position, (0.3 - 0.1) / kRadPerDegree, 1e-9);
   EXPECT_NEAR(*joints[1].velocity, (0.03 - 0.01) / kRadPerDegree, 1e-9);

@@ -448,13 +448,13 @@ TEST_F(Control, ACommandThatFailsIsAnErrorForItsSender) {
 TEST_F(Control, CommandWithoutEffectEndsAtTheDeadline) {
   start({.command_timeout = 100ms});
   cell_->hold();
-  v1::PauseResponse response;
+  v1::ResumeResponse response;
   grpc::ClientContext server_deadline;
-  EXPECT_EQ(control_->Pause(&server_deadline, {}, &response).error_code(),
+  EXPECT_EQ(control_->Resume(&server_deadline, {}, &response).error_code(),
             grpc::StatusCode::DEADLINE_EXCEEDED);
   grpc::ClientContext client_deadline;
   set_deadline(client_deadline, 50ms);
-  EXPECT_EQ(control_->Pause(&client_deadline, {}, &response).error_code(),
+  EXPECT_EQ(control_->Resume(&client_deadline, {}, &response).error_code(),
             grpc::StatusCode::DEADLINE_EXCEEDED);
 }
 

@@ -66,7 +66,7 @@ TEST(Exposure, CountsWhatOpensAndRestricts) {
   expect(2, "addresses in modbus.allow may view, nobody may command");
   config.web.token = "right-token";
   for (const std::size_t listener : {1, 4}) {
-    expect(listener, "anyone may view, holders of a token or certificate may command by");
+    expect(listener, "anyone may view, holders of a token or certificate may command according to");
   }
   config.access.strangers_look = false;
   expect(1,
@@ -95,9 +95,9 @@ TEST(Exposure, ProgramsAreForThisMachineUnlessToldOtherwise) {
   EXPECT_TRUE(may_start_programs(config));
   config.web.address = "10.0.0.7";
   EXPECT_EQ(exposures(config, {{"web", 5}}),
-            std::vector<std::string>{"web is open to other machines at 10.0.0.7:5: whoever reaches "
-                                     "it may view, nobody may command; not encrypted; who "
-                                     "is admin may start programs"});
+            std::vector<std::string>{"web is open to other machines at 10.0.0.7:5: anyone may "
+                                     "view, nobody may command; not encrypted; admins may start "
+                                     "programs"});
   config.web.control = false;
   EXPECT_FALSE(may_start_programs(config)) << "who may not command starts nothing";
   config = {};

@@ -22,7 +22,7 @@ TEST(MetricsText, WritesNamesLabelsAndNumbersAsPrometheusReadsThem) {
   out.sample(0.1);
   out.sample(std::numeric_limits<double>::infinity());
   EXPECT_EQ(out.text(),
-            "# HELP a_total What it counts.\n"
+            "# HELP a_total Counted events.\n"
             "# TYPE a_total counter\n"
             "a_total{peer=\"a \\\"b\\\" \\\\ c\\nd\",wire=\"x\"} 4711000000000\n"
             "# HELP b Something.\n"

@@ -94,7 +94,7 @@ class OtherDaemon {
 TEST_F(PortsFileTest, LeavesTheFileOfARunningDaemonAlone) {
   OtherDaemon other(path());
   ASSERT_TRUE(test::eventually([&] { return fs::exists(path()); }));
-  EXPECT_NE(refusal().find("process " + std::to_string(other.pid())), std::string::npos);
+  EXPECT_NE(refusal().find("process id " + std::to_string(other.pid())), std::string::npos);
   EXPECT_NE(read(path()).find("\"grpc\": 4711"), std::string::npos);
   EXPECT_EQ(files(), 1U) << "nothing is left beside it";
   other.kill();

@@ -124,7 +124,7 @@ TEST(SceneEditor, ChecksValuesLikeASceneFile) {
   for (const char* path :
        {"physics.step_s", "physics.simplification", "robots.fanuc.base.xyz_m", "conveyor.length_m",
         "seed", "trays", "physics", "physics..friction", "robots.fanuc.vision.rate_hz"}) {
-    has(message(path, "1"), "all that a running cell can change");
+    has(message(path, "1"), "cannot be changed in a running cell");
   }
   has(message("", "1"), "0 bytes");
   EXPECT_EQ(world->step_count(), 10u);
