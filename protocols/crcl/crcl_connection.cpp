@@ -170,8 +170,13 @@ bool CrclConnection::follow_peer() {
     end_with(noticed->error);
     return false;
   }
-  if (noticed && !std::exchange(peer_closed_, true)) {
-    last_commands_ = is_paused() ? 0 : kDocumentsPerTurn;
+  if (noticed) {
+    const bool first = !std::exchange(peer_closed_, true);
+    if (is_paused()) {
+      last_commands_ = 0;
+    } else if (first) {
+      last_commands_ = kDocumentsPerTurn;
+    }
   }
   return true;
 }

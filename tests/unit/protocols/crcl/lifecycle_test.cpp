@@ -379,7 +379,7 @@ TEST_F(Lifecycle, AConnectionThatIsLostStopsTheRobot) {
   EXPECT_EQ(action<api::StopMotion>(ticket(3)).kind, api::StopKind::kFast);
   witness.command(6, "InitCanonType");
   world_.report(0, ticket(4), ActionState::kDone);
-  expect(witness.status(), 6, CommandState::kDone);
+  expect(witness.status(), 6, CommandState::kDone, "MoveToType 5 ended before its target.");
 }
 
 TEST_F(Lifecycle, AReaderThatIsLostStopsNothing) {

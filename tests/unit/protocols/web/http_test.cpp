@@ -284,7 +284,7 @@ TEST_F(Http, AnswersBusyAtTheConnectionLimit) {
     RawWebClient late(port);
     const std::string answer = late.request("GET / HTTP/1.1");
     ASSERT_TRUE(answer.starts_with("HTTP/1.1 503")) << answer;
-    ASSERT_TRUE(has(answer, "<p>This daemon has all of its 2 connections")) << answer;
+    ASSERT_TRUE(has(answer, "All 2 connections for browsers are in use")) << answer;
     ASSERT_TRUE(late.closed());
   }
   EXPECT_TRUE(has(RawWebClient(port).upgrade(), "503"));

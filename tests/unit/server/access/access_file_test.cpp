@@ -98,7 +98,7 @@ TEST_F(AccessFiles, ReportsFaultyFiles) {
       {{"add", "bob", "--role", "view", "--expires", "2020-01-01"}, 2, "2020-01-01 is over"},
       {{"add", "bob", "--role", "view", "--expires", "2099-02-31"}, 2, "neither a time"},
       {{"remove", "bob"}, 1, "bob is not in"},
-      {{}, 2, "subcommand"}};
+      {{}, 2, "a command is missing"}};
   for (auto [arguments, code, message] : wrong) {
     if (!arguments.empty()) arguments.insert(arguments.end(), {"--file", path});
     EXPECT_EQ(command(arguments), code) << message;
