@@ -133,7 +133,7 @@ def _array(name: str, value: object, shapes: Sequence[tuple[int, ...]], expected
     if given.dtype.kind not in "iuf" or not np.isfinite(out).all():
         raise wrong(name, value, expected)
     if out.shape not in shapes:
-        raise BadArgument(f"{name}: of shape {out.shape}, where {expected} is expected")
+        raise BadArgument(f"{name}: a value of shape {out.shape}, where {expected} is expected")
     return out
 
 

@@ -242,7 +242,7 @@ class Matrix(WithAuthority):
     def test_wrong_and_expired_tokens_are_worse_than_none(self):
         late = self.add_token("late", "admin", "--expires", "2099-01-01")
         text = pathlib.Path(self.access_file).read_text(encoding="utf-8")
-        pathlib.Path(self.access_file).write_text(text.replace("2099", "2020"), encoding="utf-8")
+        pathlib.Path(self.access_file).write_text(text.replace("2099-01-01", "2020-01-01"), encoding="utf-8")
         self.daemon.process.send_signal(signal.SIGHUP)
         channel = self.channel()
         eventually(
@@ -262,9 +262,10 @@ class Matrix(WithAuthority):
         for token in (*self.tokens.values(), late):
             self.assertNotIn(token, self.daemon.log())
         # Then the address waits with further guesses, and never with a right token.
-        self.call(channel, "aprsim.v1.ControlService/Pause", "guess")
-        code, _ = self.call(channel, "aprsim.v1.ControlService/Pause", "guess")
-        self.assertEqual(code, grpc.StatusCode.RESOURCE_EXHAUSTED)
+        def guess():
+            return self.call(channel, "aprsim.v1.ControlService/Pause", "guess")[0]
+
+        eventually(lambda: guess() == grpc.StatusCode.RESOURCE_EXHAUSTED, "the address waits")
         code, details = self.call(channel, "aprsim.v1.ControlService/Pause", self.tokens["admin"])
         self.assertEqual(code, grpc.StatusCode.OK, details)
 
@@ -566,7 +567,7 @@ class Files(unittest.TestCase):
             ({"tls__certificate": good, "tls__key": self.secret}, "without a password"),
             ({"tls__certificate": good, "tls__key": self.open_key}, "has mode 644"),
             ({"tls__certificate": good, "tls__key": key, "tls__client_ca": self.text}, "tls.client_ca: "),
-            ({"tls__certificate": good, "tls__key": key, "tls__client_certificates": "required"}, "client_ca beside"),
+            ({"tls__certificate": good, "tls__key": key, "tls__client_certificates": "required"}, "client_ca together with"),
             ({"access__file": "/nonexistent"}, "access.file: cannot read /nonexistent"),
             ({"access__file": self.open_key}, "expected 600"),
             ({"access__anonymous": "none", "access__insecure_control": "true"}, "anonymous: view"),

@@ -432,7 +432,7 @@ class CellTest(WithCell):
             "name: 5, where a text": lambda: cell.save(5),
             "step: -1, where a whole number": lambda: cell.past(-1),
             "stride: 0, where a whole number": lambda: next(cell.past_range(0, 1, stride=0)),
-            "X_WB: of shape .3,., where a 4 x 4 pose .rotation in .* position in m":
+            "X_WB: a value of shape .3,., where a 4 x 4 pose .rotation in .* position in m":
                 lambda: cell.spawn("sku_part_large_gear", "x", [0, 0, 0]),
             "X_WB: .*nan.*, where a 4 x 4 pose": lambda: cell.move_body("x", pose * math.nan),
             "X_WB.:3, :3.: .*, where a rotation": lambda: cell.move_body("x", turned),
@@ -445,16 +445,16 @@ class CellTest(WithCell):
                 call()
         fanuc = cell.robot("fanuc")
         for words, call in {
-            "offset_m: of shape .2,., where 3 finite numbers in m": lambda: fanuc.move_by([0, 0]),
+            "offset_m: a value of shape .2,., where 3 finite numbers in m": lambda: fanuc.move_by([0, 0]),
             "offset_m: .0, 0, nan., where 3 finite numbers in m": lambda: fanuc.move_by([0, 0, math.nan]),
             "offset_m: 'up', where 3 finite numbers in m": lambda: fanuc.move_by("up"),
             "offset_m: ..1, 2., .3.., where 3 finite": lambda: fanuc.move_by([[1, 2], [3]]),
-            "target: of shape .4,., where a point of 3 finite numbers in m, or": lambda: fanuc.move_to([1] * 4),
+            "target: a value of shape .4,., where a point of 3 finite numbers in m, or": lambda: fanuc.move_to([1] * 4),
             "target: None, where a point": lambda: fanuc.move_to(None),
             "yaw: 'x', where a finite number in rad": lambda: fanuc.move_to([1, 1, 1], yaw="x"),
             "yaw: not together with": lambda: fanuc.move_to(pose, yaw=1),
             "frame: 'tool', where 'world' or 'robot'": lambda: fanuc.move_by([0, 0, 0], frame="tool"),
-            "positions_rad: of shape .2,., where 6 finite numbers in rad": lambda: fanuc.move_joints([1, 2]),
+            "positions_rad: a value of shape .2,., where 6 finite numbers in rad": lambda: fanuc.move_joints([1, 2]),
             "speed_rad_s: 0, where a number above 0 in rad/s":
                 lambda: fanuc.move_joints([0] * 6, speed_rad_s=0),
             "m_s: -1, where a number above 0 in m/s": lambda: fanuc.set_speed(-1),
@@ -679,9 +679,10 @@ class RobotTest(WithCell):
 
     def test_the_five_lines_of_the_readme(self):
         text = (ROOT / "README.md").read_text(encoding="utf-8")
-        lines = re.search(r"((?:    .*\n){3,12})", text[text.index("    from aprsim import Cell"):])[1]
-        code = "\n".join(line[4:] for line in lines.splitlines())
-        self.assertLessEqual(len(code.splitlines()), 5)
+        block = re.search(r"^```python\n(from aprsim import Cell\n.*?)^```\n", text, re.M | re.S)
+        self.assertIsNotNone(block)
+        code = block[1]
+        self.assertLessEqual(len([line for line in code.splitlines() if line]), 5)
         printed = io.StringIO()
         ports = {"APRSIM_PORTS_FILE": str(self.daemon.ports_file)}
         with mock.patch.dict(os.environ, ports), contextlib.redirect_stdout(printed):
@@ -695,8 +696,8 @@ class RobotTest(WithCell):
         self.assertAlmostEqual(
             self.cell.snapshot().robot("fanuc").tool_in_world[2, 3] - after, 0.05, places=4
         )
-        for readme in ("README.md", "clients/python/README.md"):
-            self.assertIn(lines, (ROOT / readme).read_text(encoding="utf-8"), readme)
+        for document in ("clients/python/README.md", "docs/python.md"):
+            self.assertIn(block[0], (ROOT / document).read_text(encoding="utf-8"), document)
 
 
 class AccessTest(unittest.TestCase):

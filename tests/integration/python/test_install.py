@@ -38,10 +38,16 @@ class Install(unittest.TestCase):
 
 
 class Documented(unittest.TestCase):
+    DOCUMENTS = ("clients/python/README.md", "docs/python.md")
     LINES = (
         "python3 -m venv --system-site-packages build/venv",
         "build/venv/bin/pip install --no-build-isolation clients/python",
     )
+
+    def test_the_documents_have_the_lines(self):
+        block = "".join(f"    {line}\n" for line in self.LINES)
+        for document in self.DOCUMENTS:
+            self.assertIn(block, (ROOT / document).read_text(encoding="utf-8"), document)
 
     def test_the_documented_lines_without_a_network(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -6,7 +6,7 @@ import unittest
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
-from aprsim import RobotError, Unreachable, crcl
+from aprsim import AprsimError, RobotError, Unreachable, crcl
 from aprsim.poses import tool_down
 
 CONTRACT = pathlib.Path(__file__).resolve().parents[3] / "contract" / "crcl"
@@ -61,13 +61,22 @@ class Documents(unittest.TestCase):
         self.assert_like_contract("stop_motion", crcl.stop(condition))
 
     def test_numbers_read_back_the_same(self):
-        for value in (0.1, 1 / 3, -1e-17, 5e-324, 1.7976931348623157e308):
+        for value in (0.1, 1 / 3, 1e-17, 5e-324, 1.7976931348623157e308):
             document = crcl.encode(crcl.dwell(value), 1)
             self.assertEqual(float(ElementTree.fromstring(document).findtext(".//DwellTime")), value)
-        for value in (math.nan, math.inf):
-            with self.assertRaisesRegex(ValueError, "not a finite number"):
+            document = crcl.encode(crcl.move_joints({1: -value}, 1), 1)
+            self.assertEqual(
+                float(ElementTree.fromstring(document).findtext(".//JointPosition")), -value
+            )
+
+    def test_numbers_out_of_range_are_refused(self):
+        for value in (math.nan, math.inf, -math.inf, -1e-17):
+            with self.assertRaisesRegex(AprsimError, "^seconds: .*a number of at least 0 in s is expected"):
                 crcl.dwell(value)
-        with self.assertRaisesRegex(ValueError, "4 x 4"):
+        for value in (math.nan, math.inf, -math.inf):
+            with self.assertRaisesRegex(AprsimError, r"^positions\[1\]: .*a finite number is expected"):
+                crcl.move_joints({1: value}, 1)
+        with self.assertRaisesRegex(AprsimError, "4 x 4"):
             crcl.move_to(np.eye(3), straight=True)
 
     def test_speeds_are_in_the_units_of_the_opening(self):
@@ -140,7 +149,6 @@ class Sessions(unittest.TestCase):
 
 class Motions(unittest.TestCase):
     def test_targets_are_taken_to_the_robot_s_frame(self):
-        from aprsim.errors import AprsimError
         from aprsim.motions import Motions as RobotMotions
         from aprsim.v1 import cell_pb2
 
@@ -157,7 +165,7 @@ class Motions(unittest.TestCase):
         kept = motions.target([1, 2, 3], None, "robot", tool_down([9, 9, 9], 0.7))
         np.testing.assert_allclose(kept, tool_down([1, 2, 3], 0.7), atol=1e-12)
         for target, yaw, frame, words in (
-            ([1, 2], None, "world", "3 numbers or a 4 x 4"),
+            ([1, 2], None, "world", "a point of 3 finite numbers in m, or a 4 x 4 pose"),
             ([1, math.nan, 2], 0.0, "world", "finite"),
             (np.eye(4), 0.0, "world", "yaw"),
             ([1, 2, 3], 0.0, "tool", "frame: 'tool'"),

@@ -85,8 +85,8 @@ class Endpoints(unittest.TestCase):
 
     def test_a_ports_file_s_mistakes_are_told(self):
         for text, words in (
-            ("{", "no ports file"),
-            ("[]", "not a JSON object"),
+            ("{", "is not a ports file"),
+            ("[]", "is not a ports file: not a JSON object"),
             ('{"grpc": 70000}', '"grpc" is 70000, not a port'),
             ('{"crcl.fanuc": true}', "not a port"),
         ):
