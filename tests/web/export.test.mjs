@@ -208,7 +208,7 @@ test('one page shows the run without a network', async () => {
     if (!/^(file|data|blob):/.test(request.url())) asked.push(request.url());
   });
   await page.goto(pathToFileURL(file).href);
-  await page.waitForSelector('main[data-frames=drawn]', {timeout: 120000});
+  await page.waitForSelector('main[data-frames=drawn]', {timeout: 300000});
   const before = await page.locator('main.stage').screenshot();
   const colors = await countColors(before);
   assert.ok(colors.yellow > 500, `the Fanuc is drawn: ${JSON.stringify(colors)}`);

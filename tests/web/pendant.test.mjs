@@ -279,8 +279,7 @@ test('a protective stop and drives that are off are marked', async () => {
   });
   await until(
     'a protective stop',
-    async () => (await text('state-motoman')) === 'protective stop',
-    60000
+    async () => (await text('state-motoman')) === 'protective stop'
   );
   await page.evaluate(() => globalThis.release());
   assert.equal(await mark.textContent(), 'motoman: protective stop');

@@ -232,8 +232,7 @@ test('a page opened later learns what went wrong before', async () => {
   for (let i = 0; i < polls; ++i) client.send('GetStatusType');
   await until(
     'all statuses',
-    () => client.received.split('</CRCLStatus>').length - 1 === polls,
-    60000
+    () => client.received.split('</CRCLStatus>').length - 1 === polls
   );
   client.close();
   await writeRegister(daemon.ports.modbus, 0x8002, 12345);

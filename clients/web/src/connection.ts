@@ -13,7 +13,10 @@ const kLongestPause_ms = 4000;
 const kWatch_ms = 1000;
 const kSilence_ms = 3000; // the daemon sends at least twice a second
 
-/** The WebSocket to the daemon. Reconnects by itself; matches answers to requests by id. */
+/**
+ * The WebSocket to the daemon. Reconnects by itself; matches answers to requests by id. Of snapshots
+ * that come faster than the page takes them only the latest is passed on.
+ */
 export class Connection {
   onUpdate: (update: ViewerUpdate) => void = () => {};
   /** `refusal`: reason why the daemon accepts no further viewer; else empty. */
@@ -27,8 +30,11 @@ export class Connection {
   private nextId = 1;
   private pause_ms = 250;
   private heard = 0;
+  private snapshot: ViewerUpdate | null = null; // not passed on yet
+  private readonly later = new MessageChannel(); // a timer would be slow in a hidden page
 
   start(): void {
+    this.later.port1.onmessage = () => this.passSnapshot();
     this.open();
     let last = performance.now();
     setInterval(() => {
@@ -94,7 +100,7 @@ export class Connection {
         this.waiting.get(answer.id)?.resolve(answer);
         this.waiting.delete(answer.id);
       }
-      this.onUpdate(update);
+      this.pass(update);
     };
     socket.onclose = () => {
       if (this.socket !== socket) return;
@@ -107,6 +113,23 @@ export class Connection {
       setTimeout(() => this.socket ?? this.open(), this.pause_ms);
       this.pause_ms = Math.min(this.pause_ms * 1.6, kLongestPause_ms);
     };
+  }
+
+  private pass(update: ViewerUpdate): void {
+    if (update.body.case === 'snapshot') {
+      // After the messages that have come already.
+      if (!this.snapshot) this.later.port2.postMessage(null);
+      this.snapshot = update;
+      return;
+    }
+    this.passSnapshot();
+    this.onUpdate(update);
+  }
+
+  private passSnapshot(): void {
+    const {snapshot} = this;
+    this.snapshot = null;
+    if (snapshot) this.onUpdate(snapshot);
   }
 
   /** Browsers hide the reason of a refused WebSocket; a plain GET of its address returns it. */

@@ -56,16 +56,21 @@ export interface PastQuery {
 }
 
 const kBackgroundPause_ms = 15;
+const kPatience_ms = 120000; // a busy daemon is slow
 
 /**
  * Reads moments of the past, one at a time: the daemon answers one query of a viewer at a time and
  * drops others. A newer query replaces one that waits. Background queries are made in between.
+ * A query that the connection loses is made again after the reconnection.
  */
 export class PastReader {
   onProblem: (message: string) => void = () => {};
   /** Supplies the next background query; null = none. Call `wake` when there is one again. */
   background: () => PastQuery | null = () => null;
+  /** Whether the daemon takes queries now. Call `wake` when it does again. */
+  ready: () => boolean = () => true;
   private busy = false;
+  private endPause: () => void = () => {};
   private wanted: {moment: When; use: (past: PastSnapshot) => void} | null = null;
   private turn = 0; // counts leave()
 
@@ -78,6 +83,7 @@ export class PastReader {
 
   wake(): void {
     if (!this.busy) void this.run();
+    else if (this.wanted) this.endPause();
   }
 
   /** Discards the query that waits and the answer of the one under way. */
@@ -92,14 +98,16 @@ export class PastReader {
 
   private async run(): Promise<void> {
     this.busy = true;
-    for (;;) {
+    while (this.ready()) {
       const {wanted, turn} = this;
       this.wanted = null;
       if (wanted) {
-        const past = await this.read(wanted.moment, (message) => {
-          if (turn === this.turn) this.onProblem(message);
-        });
-        if (past && turn === this.turn) wanted.use(past);
+        let problem = '';
+        const past = await this.read(wanted.moment, (message) => (problem = message));
+        if (turn !== this.turn) continue;
+        if (past) wanted.use(past);
+        else if (!this.ready()) this.wanted ??= wanted;
+        else if (problem) this.onProblem(problem);
         continue;
       }
       const query = this.background();
@@ -108,9 +116,17 @@ export class PastReader {
       query.use(await this.read(query.moment, () => {}));
       // Half of the time is left to others.
       const pause_ms = Math.max(kBackgroundPause_ms, performance.now() - begin);
-      if (!this.wanted) await new Promise((go) => window.setTimeout(go, pause_ms));
+      if (!this.wanted) await this.pause(pause_ms);
     }
     this.busy = false;
+  }
+
+  /** A pause that the next query of the user ends. */
+  private async pause(longest_ms: number): Promise<void> {
+    await new Promise<void>((go) => {
+      this.endPause = go;
+      window.setTimeout(go, longest_ms);
+    });
   }
 
   private async read(
@@ -118,7 +134,7 @@ export class PastReader {
     onProblem: (message: string) => void
   ): Promise<PastSnapshot | null> {
     try {
-      const past = await this.connection.ask({case: 'past', value: {epoch, step}}, 20000);
+      const past = await this.connection.ask({case: 'past', value: {epoch, step}}, kPatience_ms);
       return past?.snapshot ? past : null;
     } catch (problem) {
       onProblem((problem as Error).message);

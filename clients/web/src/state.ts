@@ -19,6 +19,9 @@ import type {
 
 type Listener<T> = (value: T) => void;
 
+const kDisplay_ms = 95; // from text to text
+const kRest = 4; // times as long as a display took, until the next
+
 /** One kind of event with its listeners. */
 export class Signal<T> {
   private listeners: Listener<T>[] = [];
@@ -76,10 +79,13 @@ export class State {
   /** About ten times a second, for text. */
   readonly display = new Signal<Snapshot>();
 
+  private returned = false; // to the daemon of before; its cell has not come yet
   private watching = {rateHz: 30, crcl: false, modbus: false, registers: false, polls: false};
   private shown = 0;
+  private displayPeriod_ms = kDisplay_ms;
 
   constructor() {
+    this.pastReader.ready = () => this.connected && this.permission !== null;
     this.connection.onUpdate = (update) => this.take(update.body);
     this.connection.onState = (connected, retryIn_s, refusal) => {
       this.connected = connected;
@@ -134,9 +140,12 @@ export class State {
   private show(snapshot: Snapshot, atOnce = false): void {
     this.snapshot = snapshot;
     this.snapshotChanged.emit(snapshot);
-    if (atOnce || performance.now() - this.shown > 95) {
-      this.shown = performance.now();
+    const begin = performance.now();
+    if (atOnce || begin - this.shown > this.displayPeriod_ms) {
+      this.shown = begin;
       this.display.emit(snapshot);
+      // A slow page leaves most of its time to the messages that wait.
+      this.displayPeriod_ms = Math.max(kDisplay_ms, kRest * (performance.now() - begin));
     }
   }
 
@@ -162,25 +171,36 @@ export class State {
   private take(body: import('./protocol').ViewerUpdate['body']): void {
     switch (body.case) {
       case 'welcome':
+        this.returned = this.welcome?.instanceId === body.value.instanceId;
         this.welcome = body.value;
         break;
       case 'permission':
         this.permission = body.value;
         // Without the permission it may have been refused.
         this.sendWatch();
+        this.pastReader.wake();
         this.accessChanged.emit();
         break;
       case 'looks':
         this.present.looks = body.value;
         break;
-      case 'cell':
-        this.present.cell = this.cell = body.value;
+      case 'cell': {
+        const {returned} = this;
+        this.returned = false;
+        this.present.cell = body.value;
+        // A lost connection does not end the view of the past.
+        if (returned && this.past) {
+          this.live = null;
+          break;
+        }
+        this.cell = body.value;
         this.looks = this.present.looks;
         this.snapshot = this.live = null;
         // The shown moment belongs to a cell that has been rebuilt.
         this.showPast(null);
         this.cellChanged.emit(body.value);
         break;
+      }
       case 'snapshot':
         this.live = body.value;
         if (!this.past) this.show(body.value);

@@ -190,7 +190,7 @@ TEST(Batch, InterruptedBatchContinues) {
   // Nothing is left to do, and nothing is done.
   const auto again = run_process(line, std::chrono::seconds(100));
   EXPECT_EQ(again.exit_code, 0) << again.err;
-  EXPECT_NE(again.out.find("\n0 episodes in "), std::string::npos) << again.out;
+  EXPECT_NE(again.out.find("\n0 runs in "), std::string::npos) << again.out;
 }
 
 TEST(ScenarioRun, RepeatedIsABatchOfSeedsInARow) {
