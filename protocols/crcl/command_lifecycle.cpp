@@ -7,7 +7,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "crcl/text.hpp"
-#include "world/api/commands/beside_motion.hpp"
+#include "world/api/commands/concurrent_action.hpp"
 
 namespace aprsim::crcl_server {
 namespace {

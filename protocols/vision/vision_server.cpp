@@ -97,7 +97,7 @@ class VisionServer::Impl {
   }
 
   /// A new frame, or the old one again.
-  void hand_on() {
+  void publish() {
     sent_ = {};
     refresh();
     ask_if_idle();
@@ -108,7 +108,7 @@ class VisionServer::Impl {
     bool busy = false;
     service_.for_each([&](const VisionConnection& connection) { busy |= connection.busy(); });
     if (busy) return;
-    pacer_.after(options_.repeat, [this] { hand_on(); });
+    pacer_.after(options_.repeat, [this] { publish(); });
   }
 
   void end(VisionConnection& connection) {

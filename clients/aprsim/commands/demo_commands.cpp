@@ -64,7 +64,7 @@ std::string held_text(DemoCell& cell, const std::string& robot) {
 
 /// The cell once everything is at rest, or on timeout. After a reset or a stop of the belt, parts
 /// settle for some simulated milliseconds, and only parts at rest can be picked.
-Outcome<CellView> look_at_rest(DemoCell& cell) {
+Outcome<CellView> view_at_rest(DemoCell& cell) {
   const auto rests = [](const v1::Snapshot& snapshot) {
     return std::ranges::all_of(snapshot.bodies(), [](const v1::BodyState& body) {
       return body.resting() || body.has_lost_step();
@@ -84,7 +84,7 @@ Outcome<void> show_robot(DemoCell& cell, const Endpoints& endpoints,
   auto arm = Arm::connect(endpoints, description);
   if (!arm) return tl::unexpected(arm.error());
   const auto work = [&]() -> Outcome<void> {
-    const auto view = look_at_rest(cell);
+    const auto view = view_at_rest(cell);
     if (!view) return tl::unexpected(view.error());
     const auto done =
         transfer_one(cell, *arm, *view, view->transfers(arm->p_WB(), at_belt, preferred_tray));

@@ -51,15 +51,15 @@ void FaultLog::look(const api::SnapshotPtr& now, const std::string& problem,
   if (now == before_ && problem == problem_) return;
   const api::SnapshotPtr before = std::exchange(before_, now);
   now_ = {now->epoch, std::chrono::duration<double>(now->time).count(), wall};
-  look_at_epoch(*before, *now);
+  detect_epoch(*before, *now);
   const int robots = static_cast<int>(std::min(before->robots.size(), now->robots.size()));
-  for (int i = 0; i < robots; ++i) look_at_robot(i, *before, *now, expected);
-  look_at_belt(*before, *now);
-  look_at_physics(*before, *now);
-  look_at_pace(*before, *now, problem);
+  for (int i = 0; i < robots; ++i) detect_robot(i, *before, *now, expected);
+  detect_belt(*before, *now);
+  detect_physics(*before, *now);
+  detect_pace(*before, *now, problem);
 }
 
-void FaultLog::look_at_epoch(const api::Snapshot& before, const api::Snapshot& now) {
+void FaultLog::detect_epoch(const api::Snapshot& before, const api::Snapshot& now) {
   if (before.epoch == now.epoch) return;
   if (now.loaded_state) {
     add({FaultSeverity::kNote, "cell", "continued from the saved state '" + *now.loaded_state + "'",
@@ -69,8 +69,8 @@ void FaultLog::look_at_epoch(const api::Snapshot& before, const api::Snapshot& n
   }
 }
 
-void FaultLog::look_at_robot(int index, const api::Snapshot& before, const api::Snapshot& now,
-                             const Expected& expected) {
+void FaultLog::detect_robot(int index, const api::Snapshot& before, const api::Snapshot& now,
+                            const Expected& expected) {
   const auto at = static_cast<std::size_t>(index);
   const api::RobotSnapshot& old = before.robots[at];
   const api::RobotSnapshot& robot = now.robots[at];
@@ -103,7 +103,7 @@ void FaultLog::look_at_robot(int index, const api::Snapshot& before, const api::
   }
 }
 
-void FaultLog::look_at_belt(const api::Snapshot& before, const api::Snapshot& now) {
+void FaultLog::detect_belt(const api::Snapshot& before, const api::Snapshot& now) {
   const api::DriveFault fault = now.conveyor.fault;
   if (fault == api::DriveFault::kNone) clear("belt", FaultSeverity::kStop);
   if (fault != before.conveyor.fault) {
@@ -124,7 +124,7 @@ void FaultLog::look_at_belt(const api::Snapshot& before, const api::Snapshot& no
   }
 }
 
-void FaultLog::look_at_physics(const api::Snapshot& before, const api::Snapshot& now) {
+void FaultLog::detect_physics(const api::Snapshot& before, const api::Snapshot& now) {
   const std::uint64_t known = before.epoch == now.epoch ? before.physics_faults : 0;
   if (now.physics_faults > known) {
     add({.severity = FaultSeverity::kWarning,
@@ -143,8 +143,8 @@ void FaultLog::look_at_physics(const api::Snapshot& before, const api::Snapshot&
   }
 }
 
-void FaultLog::look_at_pace(const api::Snapshot& before, const api::Snapshot& now,
-                            const std::string& problem) {
+void FaultLog::detect_pace(const api::Snapshot& before, const api::Snapshot& now,
+                           const std::string& problem) {
   if (now.missed_steps > before.missed_steps + kFewMissedSteps) {
     missed_steps_ += now.missed_steps - before.missed_steps;
     add({FaultSeverity::kNote, "cell",

@@ -63,13 +63,13 @@ class FaultLog {
   };
   void add(Seen seen);
   void clear(const std::string& source, FaultSeverity severity);
-  void look_at_epoch(const api::Snapshot& before, const api::Snapshot& now);
-  void look_at_robot(int index, const api::Snapshot& before, const api::Snapshot& now,
-                     const Expected& expected);
-  void look_at_belt(const api::Snapshot& before, const api::Snapshot& now);
-  void look_at_physics(const api::Snapshot& before, const api::Snapshot& now);
-  void look_at_pace(const api::Snapshot& before, const api::Snapshot& now,
-                    const std::string& problem);
+  void detect_epoch(const api::Snapshot& before, const api::Snapshot& now);
+  void detect_robot(int index, const api::Snapshot& before, const api::Snapshot& now,
+                    const Expected& expected);
+  void detect_belt(const api::Snapshot& before, const api::Snapshot& now);
+  void detect_physics(const api::Snapshot& before, const api::Snapshot& now);
+  void detect_pace(const api::Snapshot& before, const api::Snapshot& now,
+                   const std::string& problem);
   void make_room();
 
   api::SnapshotPtr before_;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "world/api/commands/beside_motion.hpp"
+#include "world/api/commands/concurrent_action.hpp"
 #include "world/cell/robot/collision_stop.hpp"
 #include "world/cell/robot/robot_readings.hpp"
 #include "world/cell/robot/robot_setup.hpp"

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-#include "world/api/commands/beside_motion.hpp"
+#include "world/api/commands/concurrent_action.hpp"
 #include "world/robot/kinematics/dynamics.hpp"
 
 namespace aprsim::robot {
