@@ -153,17 +153,14 @@ export class CrclClient {
   }
   async run(type, content = '') {
     const id = this.send(type, content);
-    const end = await until(
-      `${type} to end`,
-      async () => {
-        const status = await this.status();
-        return (
-          status.includes(`<CommandID>${id}</CommandID>`) &&
-          /CRCL_(Done|Error)/.test(status) &&
-          status
-        );
-      }
-    );
+    const end = await until(`${type} to end`, async () => {
+      const status = await this.status();
+      return (
+        status.includes(`<CommandID>${id}</CommandID>`) &&
+        /CRCL_(Done|Error)/.test(status) &&
+        status
+      );
+    });
     if (end.includes('CRCL_Error')) throw new Error(end);
     return end;
   }

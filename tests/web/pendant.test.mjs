@@ -277,10 +277,7 @@ test('a protective stop and drives that are off are marked', async () => {
     press('pointerdown');
     globalThis.release = () => press('pointerup');
   });
-  await until(
-    'a protective stop',
-    async () => (await text('state-motoman')) === 'protective stop'
-  );
+  await until('a protective stop', async () => (await text('state-motoman')) === 'protective stop');
   await page.evaluate(() => globalThis.release());
   assert.equal(await mark.textContent(), 'motoman: protective stop');
   await until('the arm to back off', async () => !(await robot(1)).moving);

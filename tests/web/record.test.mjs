@@ -230,10 +230,7 @@ test('a page opened later learns what went wrong before', async () => {
   await client.run('MessageType', '<Message>kept in mind</Message>');
   client.received = '';
   for (let i = 0; i < polls; ++i) client.send('GetStatusType');
-  await until(
-    'all statuses',
-    () => client.received.split('</CRCLStatus>').length - 1 === polls
-  );
+  await until('all statuses', () => client.received.split('</CRCLStatus>').length - 1 === polls);
   client.close();
   await writeRegister(daemon.ports.modbus, 0x8002, 12345);
 

@@ -6,11 +6,8 @@ import {fileURLToPath} from 'node:url';
 import {Daemon, openBrowser, openPage, until} from './harness.mjs';
 
 const here = dirname(fileURLToPath(import.meta.url));
-const [
-  file = join(here, '../../docs/pictures/page.png'),
-  size = '1280x800',
-  colorScheme = 'dark'
-] = process.argv.slice(2);
+const [file = join(here, '../../docs/pictures/page.png'), size = '1280x800', colorScheme = 'dark'] =
+  process.argv.slice(2);
 const [width, height] = size.split('x').map(Number);
 const bin = process.env.APRSIM_BIN_DIR ?? join(here, '../../build/release/bin');
 

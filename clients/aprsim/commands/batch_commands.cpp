@@ -38,8 +38,8 @@ Outcome<Batch> run_and_show(const BatchCommand& command, bool kept, Console& con
   text += fmt::format(
       "\n{} run{} in {:.1f} s: {:.2f} per second; {} repeated attempts; peak memory of a world "
       "{:.0f} MB",
-      outcome->run_now, outcome->run_now == 1 ? "" : "s", outcome->wall_s, rate, outcome->attempts.again,
-      static_cast<double>(outcome->attempts.peak_world_bytes) / 1e6);
+      outcome->run_now, outcome->run_now == 1 ? "" : "s", outcome->wall_s, rate,
+      outcome->attempts.again, static_cast<double>(outcome->attempts.peak_world_bytes) / 1e6);
   text += kept ? "; report in " + command.out + '\n' : "\n";
   auto json = batch_json(outcome->batch);
   json.erase("each");

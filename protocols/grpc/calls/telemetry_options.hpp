@@ -30,15 +30,15 @@ struct TelemetryOptions {
   /// Limit of the backlogs of all these streams together; each gets an equal part.
   std::size_t max_backlogs_bytes = std::size_t{64} << 20;
   std::size_t max_memory_bytes = std::size_t{64} << 20;  ///< of gRPC's own buffers
-  int max_event_streams = 32;                       ///< at once; more get RESOURCE_EXHAUSTED
-  std::chrono::milliseconds command_timeout{2000};  ///< for calls that carry no deadline
-  std::chrono::milliseconds write_timeout{10000};   ///< a stream stuck in one write ends
-  api::History* history = nullptr;                  ///< null = no history; outlives the server
-  protocols::StateFiles* state_files = nullptr;     ///< null = no import and export; outlives it
-  UploadLimits uploads;                             ///< of states
-  api::SnapshotFeed* feed = nullptr;                ///< of every step; null = no such streams
-  const api::EventSource* events = nullptr;         ///< of the cell; null = no such streams
-  std::vector<protocols::RobotPort*> robots = {};   ///< outlive the server
+  int max_event_streams = 32;                            ///< at once; more get RESOURCE_EXHAUSTED
+  std::chrono::milliseconds command_timeout{2000};       ///< for calls that carry no deadline
+  std::chrono::milliseconds write_timeout{10000};        ///< a stream stuck in one write ends
+  api::History* history = nullptr;                       ///< null = no history; outlives the server
+  protocols::StateFiles* state_files = nullptr;    ///< null = no import and export; outlives it
+  UploadLimits uploads;                            ///< of states
+  api::SnapshotFeed* feed = nullptr;               ///< of every step; null = no such streams
+  const api::EventSource* events = nullptr;        ///< of the cell; null = no such streams
+  std::vector<protocols::RobotPort*> robots = {};  ///< outlive the server
   std::string instance_id;  ///< names this process to clients; empty = random
   protocols::IncidentSource* incidents = nullptr;  ///< null = there are none; outlives the server
 };

@@ -32,7 +32,8 @@ class UnintendedContacts {
   }
   template <typename In>
   void require_valid(In& in) const {
-    in.require(!list_ || list_->size() <= api::kMaxUnintendedContacts, "more contacts than are kept");
+    in.require(!list_ || list_->size() <= api::kMaxUnintendedContacts,
+               "more contacts than are kept");
   }
 
  private:

@@ -25,7 +25,8 @@ struct ControllerInput {
 /// State machine of the robot controller: executes commands, plans motion, generates one joint
 /// reference per step. SI units; independent of CRCL. Thread: sim.
 ///
-/// - Before InitRobot only InitRobot, EndRobot, StopMotion and SetMotionLimit are executed. EndRobot
+/// - Before InitRobot only InitRobot, EndRobot, StopMotion and SetMotionLimit are executed.
+/// EndRobot
 ///   ends motion; the robot stays initialized. An error is held: the state stays kError until
 ///   InitRobot.
 /// - The newest command replaces the one that runs, which then never becomes done. A move begins

@@ -158,7 +158,8 @@ TEST(WebConfig, ProgramsMayBeAllowedForbiddenOrLeftToTheAddress) {
   }
   const auto locked = load_config("", {{"web.control", "false"}, {"web.programs", "true"}});
   ASSERT_FALSE(locked.has_value());
-  EXPECT_NE(locked.error().message.find("control: true together with programs: true"), std::string::npos)
+  EXPECT_NE(locked.error().message.find("control: true together with programs: true"),
+            std::string::npos)
       << locked.error().message;
 }
 
