@@ -14,8 +14,8 @@ const kWatch_ms = 1000;
 const kSilence_ms = 3000; // the daemon sends at least twice a second
 
 /**
- * The WebSocket to the daemon. Reconnects by itself; matches answers to requests by id. Of snapshots
- * that come faster than the page takes them only the latest is passed on.
+ * The WebSocket to the daemon. Reconnects by itself; matches answers to requests by id. When
+ * snapshots come faster than the page draws, only the latest is passed on.
  */
 export class Connection {
   onUpdate: (update: ViewerUpdate) => void = () => {};
