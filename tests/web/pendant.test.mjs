@@ -62,9 +62,11 @@ test('status, speed and Stop of every robot are in view on every panel, on a pho
       await of.locator('.panel:not([hidden])').evaluate((p) => p.scrollTo(0, p.scrollHeight));
       for (const name of ['fanuc', 'motoman'])
         for (const part of ['state', 'speed', 'stop'])
-          assert.ok(await inView(`${part}-${name}`, of), `${part} of ${name} under ${panel}`);
+          await until(`${part} of ${name} under ${panel} in view`, () =>
+            inView(`${part}-${name}`, of)
+          );
     }
-    assert.ok(await inView('jog-speed', of), 'speed of jogs');
+    await until('speed of jogs in view', () => inView('jog-speed', of));
   }
   assert.deepEqual(phone.complaints, []);
   await phone.context().close();
