@@ -53,6 +53,6 @@ test('where nothing is kept the page says so', async () => {
   await page.getByRole('tab', {name: 'Faults'}).click();
   await page.getByTestId('save-incident').click();
   await until('the message', async () =>
-    /not recorded/.test(await page.locator('.toasts').textContent())
+    /records no incidents/.test(await page.locator('.toasts').textContent())
   );
 });

@@ -97,8 +97,8 @@ TEST_F(WireJoints, ReportsAreInTheirUnitsSensesAndNumbers) {
   EXPECT_NEAR(*joints[0].position, -0.2 * kPulses, 1e-3);  // statuses have a thousandth of a pulse
   EXPECT_NEAR(*joints[0].velocity, -0.02 * kPulses, 1e-3);
   EXPECT_EQ(*joints[0].torque, -2);
-  EXPECT_NEAR(*joints[1].position, (0.3 - 0.1) / kRadPerDegree, 1e-9);
-  EXPECT_NEAR(*joints[1].velocity, (0.03 - 0.01) / kRadPerDegree, 1e-9);
+  EXPECT_NEAR(*joints[1].position, (0.3 - 0.1) / kRadPerDegree, 1e-6);
+  EXPECT_NEAR(*joints[1].velocity, (0.03 - 0.01) / kRadPerDegree, 1e-6);
   EXPECT_EQ(*joints[1].torque, 3);
   EXPECT_EQ(joints[2].joint, 7);
   EXPECT_EQ(*joints[2].position, 0);
@@ -109,8 +109,8 @@ TEST_F(WireJoints, ReportsAreInTheirUnitsSensesAndNumbers) {
   ASSERT_EQ(limits.size(), 6U) << "none for a number that no joint has";
   EXPECT_NEAR(*limits[0].min_position, -100'000, 1e-6);
   EXPECT_NEAR(*limits[0].max_position, 50'000, 1e-6);
-  EXPECT_NEAR(*limits[0].max_velocity, 5 * kPulses, 1e-6);
-  EXPECT_NEAR(*limits[2].min_position, -6 / kRadPerDegree, 1e-9) << "with the other joint's range";
+  EXPECT_NEAR(*limits[0].max_velocity, 5 * kPulses, 1e-3);
+  EXPECT_NEAR(*limits[2].min_position, -6 / kRadPerDegree, 1e-6) << "with the other joint's range";
 }
 
 TEST_F(WireJoints, BeyondItsOwnRangeAJointIsRefusedInItsUnit) {
