@@ -267,7 +267,7 @@ test('commands are kept from before the page was opened, polls apart', async () 
   await later.getByTestId('stop-cell').click();
   const own = later.getByTestId('crcl-rows').locator('tr', {hasText: 'stop_cell'});
   await until('the page’s own command', async () =>
-    /→pagestop_cell\d+taken/.test(await own.first().textContent())
+    /→pagestop_cell\d+accepted/.test(await own.first().textContent())
   );
   const events = (await saved('Save as JSON', later))
     .trim()
