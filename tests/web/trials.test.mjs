@@ -48,7 +48,7 @@ test('what the daemon refuses is told in its words', async () => {
   );
   await field('parameter-share').fill('a bit');
   await field('inject').click();
-  await until('a complaint', async () => /“a bit” is no number/.test(await complaint()));
+  await until('a complaint', async () => /“a bit” is not a number/.test(await complaint()));
   assert.equal(await page.locator('.fault-line').isVisible(), false);
 });
 
