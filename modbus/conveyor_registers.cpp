@@ -85,7 +85,7 @@ std::uint16_t signed_speed_counts(double speed_m_s, const ConveyorScaling& scali
 
 std::uint32_t position_counts(double travel_m) {
   const double counts = travel_m / kMetresPerPositionCount;
-  // Beyond this a double no longer resolves counts, and the cast below would overflow.
+  // Beyond this a double cannot resolve counts, and the cast below would overflow.
   if (!(std::abs(counts) < 9e15)) return 0;
   return static_cast<std::uint32_t>(static_cast<std::int64_t>(std::llround(counts)));
 }

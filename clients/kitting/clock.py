@@ -46,7 +46,7 @@ class PollClock(Clock):
         self._calls = 0
 
     def now(self) -> float:
-        # What happens at the same poll still has an order.
+        # Events of the same poll have an order, too.
         with self._lock:
             self._calls += 1
             return max(self._polls.values(), default=0) * self.poll_s + 1e-9 * self._calls

@@ -76,7 +76,7 @@ class Modbus:
                 if protocol != 0 or not 2 <= length <= 254:
                     raise ConveyorError("the answer is not Modbus/TCP")
                 answer = self._take(length - 1)
-                # What comes late belongs to a request that has been given up.
+                # A late answer belongs to an abandoned request.
                 if self.is_answer(transaction):
                     break
                 self.strays += 1

@@ -48,7 +48,7 @@ class OrderLines(threading.Thread):
             name = row.pop("announce")
             orders = read_order(row, where, self._cell, name)
             self._board.announce(orders)
-            # Who has sent it may wait for this.
+            # The sender may wait for this.
             self._report.tell("orders", "announced", f"{name} is ordered", order=name)
         elif isinstance(message, dict) and isinstance(message.get("cancel"), str):
             name = message["cancel"]

@@ -86,8 +86,8 @@ def run_jobs(
 ) -> int:
     """One job after the other, as standard input begins them: {"begin": SEED}. `job` has the exit
     code, and whether another may follow; "ready" is said when one may."""
-    # Every connection is there before the cell is reset, so that the first job begins as all do. What is
-    # not there is for the job to notice.
+    # Every connection is there before the cell is reset, so that the first job begins as all do. A missing
+    # connection is for the job to report.
     for crcl, camera in wires.values():
         with contextlib.suppress(RobotLost):
             crcl.open()

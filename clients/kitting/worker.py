@@ -186,7 +186,7 @@ class Worker(threading.Thread):
         if board.lacks_parts() and not board.emptying and self._bring_tray():
             return
         if board.looks_again < LOOKS_AGAIN and not self.shop.forever and not board.complete():
-            # What is missing may be hidden, and what has failed may work again.
+            # Missing parts may be hidden, and a failed action may work again.
             self.arm.tell("look_again", "waits, and looks again before it gives up")
             self.arm.crcl.wait(_LOOK_AGAIN_S)
             board.look_again()

@@ -40,7 +40,7 @@ class FrameEncoder {
   FrameEncoder& operator=(FrameEncoder&&) noexcept;
 
   void add(const google::protobuf::MessageLite& message);
-  /// Of messages that no frame has yet.
+  /// Bytes of messages that no frame has yet.
   [[nodiscard]] std::size_t pending() const { return plain_.size(); }
   /// All of them as one frame; empty when there are none. Throws std::runtime_error when zstd
   /// fails, as for want of memory.

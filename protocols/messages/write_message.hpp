@@ -41,9 +41,10 @@ void write_fault_kinds(v1::ListFaultKindsResponse& message);
 
 /// The parts of a snapshot to write; by default all.
 struct SnapshotParts {
-  /// By field number of v1::Snapshot: the expensive fields to leave out.
+  /// The expensive fields to leave out, by field number of v1::Snapshot.
   std::bitset<128> without;
-  /// By index; null = all. Contacts and touches are those of the written bodies and robots.
+  /// The robots, bodies and tools to write, by index; null = all. Contacts are those of the written
+  /// bodies and robots.
   struct Entities {
     std::vector<bool> robots, bodies, tools;
   };

@@ -81,7 +81,7 @@ void write_key(const fs::path& folder, const fs::path& path) {
     ::unlink(draft.c_str());
     throw std::runtime_error(folder.string() + ": " + std::strerror(error));
   }
-  // Whoever comes second takes the first one's.
+  // A daemon that comes second uses the first one's key.
   const int linked = ::link(draft.c_str(), path.c_str());
   const int error = errno;
   ::unlink(draft.c_str());

@@ -122,7 +122,7 @@ std::optional<WireReply> ModbusReplies::sent(const std::string& unit, world::Run
   if (found == asked_.end()) return std::nullopt;
   Asked asked = std::move(*found);
   asked_.erase(asked_.begin(), found + 1);
-  // Of two requests with one number the first may never have been answered.
+  // The first of two requests with one number may never have been answered.
   const bool other = std::ranges::any_of(
       asked_, [&](const Asked& later) { return answered(later) && later.unit != asked.unit; });
   const auto validated = modbus::validate_request(bytes_of(asked.unit));

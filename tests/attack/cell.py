@@ -255,7 +255,7 @@ class Observer:
 
     def __enter__(self):
         self._process.start()
-        # What becomes of those who come during an attack is the attack's business.
+        # Clients that come during an attack are the attack's business.
         for _ in range(2):
             self._served.acquire(timeout=30)
         return self

@@ -68,7 +68,7 @@ class Connection {
     }
     const auto instance = crcl::decode_command(document, kCommandBytes);
     if (!instance) return refuse(instance.error());
-    // What we understand we can say again.
+    // Every decoded command can be encoded again.
     const auto again = crcl::decode_command(crcl::encode_command(*instance), 16 * kCommandBytes);
     demand(again && *again == *instance);
     if (std::holds_alternative<crcl::GetStatus>(instance->command.body)) return;

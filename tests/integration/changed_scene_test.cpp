@@ -91,7 +91,7 @@ TEST(ChangedScene, GoesWithSavedStatesInFiles) {
     EXPECT_EQ(cell.snapshot().state_hash(), seen[i].first.state_hash()) << i;
     cell.step(300);
     EXPECT_EQ(cell.snapshot().state_hash(), seen[i].second.state_hash()) << i;
-    // What was loaded can be saved again.
+    // A loaded state can be saved again.
     done(daemon, {"save", "again", "--file", directory.path() + "/again.state"});
   }
   done(daemon, {"reset"});
@@ -145,7 +145,7 @@ TEST(ChangedScene, AJournalWithoutNamesGivesItsFirstCheckpoint) {
     CellClient(daemon.port("grpc")).step(1300);
     EXPECT_EQ(daemon.stop(SIGTERM).exit_code, 0);
   }
-  // What comes after the last state that is compared is run again, too.
+  // Steps after the last compared state are run again, too.
   EXPECT_NE(run_again({file}).out.find(": 1300 steps"), std::string::npos);
   DaemonProcess daemon({"--no-web", "--speed", "stepped"});
   const auto loaded = ask(daemon, {"load", "--file", file});

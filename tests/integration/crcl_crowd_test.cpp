@@ -53,7 +53,7 @@ TEST(CrclCrowd, SixtyFourSocketsOfWhichSomeMisbehave) {
   std::vector<std::unique_ptr<CrclTextClient>> pollers;
   while (pollers.size() + 3 < kSockets) pollers.push_back(std::make_unique<CrclTextClient>(port));
   CrclTextClient& watcher = *pollers.front();
-  // Who has never asked for anything would give its place to the newcomer.
+  // A client that has sent no request would be evicted for the new one.
   for (const auto& poller : pollers) poller->status();
   for (CrclTextClient* other : {mover.get(), &deaf, &half}) other->status();
   EXPECT_THROW(CrclTextClient(port).status(), std::exception) << "one too many";

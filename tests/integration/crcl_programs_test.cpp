@@ -32,7 +32,7 @@ std::string read(const fs::path& path) {
 /// The status in which a program ends: in error, or done with its last command.
 std::string outcome_of(CrclTextClient& client, const std::string& program) {
   client.raw(program);
-  // Of each command.
+  // Time limit of each command.
   const auto limit = std::chrono::minutes(30);
   auto deadline = std::chrono::steady_clock::now() + limit;
   std::string before;

@@ -302,7 +302,7 @@ TEST_F(RecordedRun, IsWatchedWithItsWholePastAndTakesNoCommands) {
   const auto last = cell.wait_for([](const auto& s) { return s.step() == 25'000; }, "its end",
                                   std::chrono::seconds(60));
   EXPECT_EQ(last.state_hash(), last_.state_hash());
-  // What happened is told as it was, and marked on the line.
+  // Past events are reported unchanged, and marked on the line.
   const auto marks = past.bookmarks();
   EXPECT_GE(std::ranges::count(marks, v1::BOOKMARK_KIND_COMMAND, &v1::Bookmark::kind), 11);
   const auto events = aprsim(daemon, {"events", "--past", "--kind", "command-begun"});

@@ -39,7 +39,7 @@ class Incident : public testing::Test {
   [[nodiscard]] std::string path(const std::string& name) const {
     return directory_.path() + "/" + name;
   }
-  /// What a replay says, which finds no difference.
+  /// The report of a replay that finds no difference.
   static std::string replayed(const std::string& file) {
     const auto again = run_process({kBin + "/aprsimd", "--replay", file}, std::chrono::minutes(4));
     EXPECT_EQ(again.exit_code, 0) << again.out << again.err;

@@ -23,7 +23,7 @@ class InjectedFaults : public testing::Test {
     grpc::ClientContext context;
     return client_.control->InjectFault(&context, request, response);
   }
-  /// By kind and target; its number.
+  /// Injects a fault by kind and target; returns its number.
   std::uint64_t inject(const std::string& kind, const std::string& target = "") {
     v1::InjectFaultRequest request;
     request.set_kind(kind);

@@ -313,7 +313,7 @@ TEST(Journal, RecordsEveryMissingRecordOfAFullDisk) {
         std::chrono::seconds(60)))
         << what << daemon.log();
   };
-  // What is left over where a large frame finds no room takes smaller ones, in further files.
+  // The rest of a file without room for a large frame takes smaller ones, in further files.
   const auto files = [&] {
     std::vector<std::string> all;
     for (const auto& entry : fs::directory_iterator(path)) all.push_back(entry.path().string());

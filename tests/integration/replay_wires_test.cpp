@@ -84,7 +84,7 @@ class ReplayOfWires : public testing::Test {
     EXPECT_EQ(daemon.stop(SIGTERM).exit_code, 0);
   }
 
-  /// What a replay finds.
+  /// The findings of a replay.
   [[nodiscard]] nlohmann::json replayed(const std::string& file,
                                         const std::vector<std::string>& options = {}) const {
     std::vector<std::string> line{std::string(APRSIM_BIN_DIR) + "/aprsimd", "--replay", file,

@@ -40,7 +40,7 @@ class DaemonProcess {
   [[nodiscard]] const std::string& ports_file() const { return ports_file_; }
   [[nodiscard]] pid_t pid() const { return pid_; }
   [[nodiscard]] const std::map<std::string, std::uint16_t>& ports() const { return ports_; }
-  /// What it has logged so far.
+  /// Its log so far.
   [[nodiscard]] std::string log() const;
 
   /// Sends a signal and waits for the end.

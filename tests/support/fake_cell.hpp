@@ -23,7 +23,7 @@ namespace aprsim::test {
 /// what the test makes up. Thread: any.
 class FakeCell final : public api::CommandSink, public api::SnapshotSource {
  public:
-  /// What becomes of commands about time, belt and intruder; those to robots are recorded only.
+  /// Treatment of commands about time, belt and intruder; those to robots are recorded only.
   enum class Commands : std::uint8_t {
     kHeld,     ///< nothing before apply()
     kApplied,  ///< they take effect at once, each in a snapshot of its own

@@ -16,7 +16,7 @@ RawWebClient::RawWebClient(std::uint16_t port)
     : socket_(port), host_("127.0.0.1:" + std::to_string(port)) {}
 
 void RawWebClient::send(const std::string& bytes) {
-  // What the peer no longer takes is part of what is tested.
+  // A send that the peer refuses is part of the test.
   static_cast<void>(socket_.send(bytes, kDeadline));
 }
 

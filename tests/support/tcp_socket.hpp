@@ -31,10 +31,11 @@ class TcpSocket {
 
   /// Waits for something to read, be it the end.
   [[nodiscard]] bool readable(Clock::time_point deadline) const;
-  /// What has arrived, at least a byte; empty at the end of the stream. Throws std::runtime_error
+  /// Received bytes, at least one; empty at the end of the stream. Throws std::runtime_error
   /// when nothing comes in time.
   [[nodiscard]] std::string receive(Clock::time_point deadline);
-  /// What has arrived already, into `buffer`; 0 = the end of the stream, nothing = not a byte yet.
+  /// Copies bytes that have arrived into `buffer`; 0 = the end of the stream, nothing = not a byte
+  /// yet.
   [[nodiscard]] std::optional<std::size_t> receive_some(std::span<char> buffer);
   /// Whether the peer ends the stream in time; what comes before is thrown away.
   [[nodiscard]] bool ended(std::chrono::milliseconds within = std::chrono::seconds(10));

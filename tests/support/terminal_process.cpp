@@ -107,7 +107,7 @@ bool TerminalProcess::has_ended() {
   if (!ended_ && waitpid(pid_, &status, WNOHANG) == pid_) {
     ended_ = true;
     exit_code_ = WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
-    // What it wrote last.
+    // Reads its last output.
     for (std::size_t before = output_.size() + 1; before != output_.size();) {
       before = output_.size();
       read_some();

@@ -246,7 +246,7 @@ test('one page shows the run without a network', async () => {
   await until('the end', async () => Number(await slider.inputValue()) >= end - 1e-6);
   assert.equal(await page.getByTestId('play').textContent(), 'Play');
 
-  // What went over the wires, and a click that goes there.
+  // Traffic of the wires, and a click that goes there.
   await page.getByRole('tab', {name: 'Wires'}).click();
   const line = page.locator('.wire-lines li', {hasText: 'ActuateJoints'}).first();
   const at = parseFloat(await line.getByRole('button').textContent());

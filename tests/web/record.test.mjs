@@ -263,7 +263,7 @@ test('commands are kept from before the page was opened, polls apart', async () 
   );
   await row.getByRole('button').click();
   assert.match(await later.locator('.xml').textContent(), /kept in mind/);
-  // What this page asks for joins them.
+  // Commands of this page join them.
   await later.getByTestId('stop-cell').click();
   const own = later.getByTestId('crcl-rows').locator('tr', {hasText: 'stop_cell'});
   await until('the page’s own command', async () =>

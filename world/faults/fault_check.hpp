@@ -22,7 +22,7 @@ struct FaultSpec {
   int trigger_eye = -1;
   std::optional<SimTime> duration;
 
-  /// By the name of a parameter, which the kind must have.
+  /// Value of a parameter, which the kind must have.
   [[nodiscard]] double value(std::string_view parameter) const {
     return values[faults::info(kind).parameter(parameter).value()];
   }

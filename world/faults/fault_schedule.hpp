@@ -91,7 +91,7 @@ class FaultSchedule {
 
   /// For snapshots; null = none so far.
   [[nodiscard]] const api::InjectedFaultsPtr& list() const { return list_; }
-  /// Of memory; approximately.
+  /// Approximate size in memory.
   [[nodiscard]] std::size_t bytes() const;
 
   /// See world/archive/archive.hpp.

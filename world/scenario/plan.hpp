@@ -18,7 +18,7 @@ struct Plan {
   scene::Scene scene;           ///< the same, read
   std::vector<Fault> faults;    ///< each at_s is one time
   std::vector<double> kills_s;  ///< when the controller is killed, in their order
-  /// What was drawn, by its name with its unit: "kit_1.x_m" is beside where the scene has the tray.
+  /// Drawn values, by name with its unit: "kit_1.x_m" is beside where the scene has the tray.
   std::map<std::string, double> drawn;
 };
 

@@ -129,7 +129,7 @@ class Reader {
     const auto file = scene_of(name, out_.file, paths_);
     if (!file) return refer(keys["scene"], file.error());
     out_.scene_file = *file;
-    // What is wrong with the scene alone is told of the scene's own file.
+    // Faults of the scene alone name the scene's own file.
     if (auto base = scene::load_scene(*file, paths_); !base)
       return refer(keys["scene"], base.error());
     auto text = scene::self_contained(*file, paths_);

@@ -9,7 +9,7 @@ struct Screen {
   bool live = false;  ///< standard output is a terminal whose lines can be rewritten
   Paint out, err;     ///< colours, on terminals unless NO_COLOR is set
 
-  /// Of this process.
+  /// The screen of this process.
   [[nodiscard]] static Screen of_process();
 };
 

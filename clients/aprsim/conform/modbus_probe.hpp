@@ -32,7 +32,7 @@ class ModbusProbe {
   [[nodiscard]] std::uint16_t value(std::uint8_t function, std::uint16_t address);
   [[nodiscard]] std::vector<std::uint16_t> words(std::uint8_t function, std::uint16_t address,
                                                  std::uint16_t count);
-  /// By function 6; throws NotKept unless it is echoed.
+  /// Writes by function 6; throws NotKept unless it is echoed.
   void write(std::uint16_t address, std::uint16_t value);
 
  private:

@@ -50,7 +50,7 @@ class McapWriter {
   std::vector<Channel> channels_;  ///< numbers from 1; each has a schema of the same number
   std::string chunk_;              ///< records, plain
   std::uint64_t chunk_begin_ns_ = 0, chunk_end_ns_ = 0;
-  /// Of the present chunk: times and places of each channel's messages.
+  /// Times and offsets of each channel's messages in the present chunk.
   std::map<std::uint16_t, std::vector<std::pair<std::uint64_t, std::uint64_t>>> index_;
   std::vector<Chunk> chunks_;
   std::uint64_t messages_ = 0, begin_ns_ = 0, end_ns_ = 0;

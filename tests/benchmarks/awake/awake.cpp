@@ -89,7 +89,7 @@ class Racer {
   virtual ~Racer() = default;
   /// A step for each speed of the belt.
   virtual void run(const std::vector<double>& belt_speeds) = 0;
-  /// Of trays, then gears.
+  /// Poses of trays, then gears.
   [[nodiscard]] virtual std::vector<Pose> poses() = 0;
 
   std::string engine, settings;

@@ -133,7 +133,7 @@ class Simulation {
         given.at("mBodyPairCacheCosMaxDeltaRotationDiv2");
     settings.mContactPointPreserveLambdaMaxDistSq =
         given.at("mContactPointPreserveLambdaMaxDistSq");
-    // What rides on a belt would fall asleep.
+    // Bodies on a belt would fall asleep.
     settings.mAllowSleeping = false;
     system_.SetPhysicsSettings(settings);
     for (const Json& body : model.at("bodies")) {

@@ -26,12 +26,12 @@ class JoltProcess {
  public:
   JoltProcess(const JoltProgram& program, const scene::Scene& scene, const JoltSettings& settings);
 
-  /// What it is: version, precision, instructions.
+  /// Version, precision and instructions of the build.
   [[nodiscard]] const std::string& version() const { return version_; }
   /// A step for each speed of the belt; times of all but the last, in which contacts are looked at
   /// [us].
   std::vector<double> run(const std::vector<double>& belt_speeds);
-  /// Of Jolt's contact points in the last of these steps: their number, the greatest depth.
+  /// Number and greatest depth of Jolt's contact points in the last of these steps.
   [[nodiscard]] int contact_count() const { return contacts_; }
   [[nodiscard]] double deepest_m() const { return deepest_m_; }
   /// Poses of body frames, trays first, then gears.

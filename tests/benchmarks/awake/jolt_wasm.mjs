@@ -81,7 +81,7 @@ class Simulation {
       if (!(name in physics)) throw new Error(`this Jolt has no ${name}`);
       physics[name] = value;
     }
-    // What rides on a belt would fall asleep.
+    // Bodies on a belt would fall asleep.
     physics.mAllowSleeping = false;
     this.system.SetPhysicsSettings(physics);
     this.bodies = model.bodies.map((body) => this.add(body));

@@ -9,8 +9,8 @@ namespace aprsim::bench {
 
 struct PushCase {
   scene::Simplification mode = scene::Simplification::kOff;
-  /// Of the two parts at the pushed side and of the two at the other: pairs of one mass, so that
-  /// the tray is pushed through its centre of mass and does not turn.
+  /// Masses of the two parts at the pushed side and of the two at the other: pairs of one mass, so
+  /// that the tray is pushed through its centre of mass and does not turn.
   std::array<double, 2> part_kg{1, 1};
   double heading_rad = 0;
 };

@@ -89,7 +89,7 @@ class Driver {
     return response;
   }
 
-  /// A document; who asks for the status waits for it.
+  /// A document; the caller waits for the status.
   void say(const std::string& document) {
     if (!robot_.send(document)) throw std::runtime_error("the robot takes no document");
     if (document.find("GetStatusType") == std::string::npos) return;

@@ -145,7 +145,7 @@ class LoadedGrip {
     if (case_.load == GripLoad::kTorsion) return lever_m_ * physics::test::angle_between(from, to);
     return (to * mass_.com - from * mass_.com).norm();
   }
-  /// What the load beyond the limit accelerates the points of touch by, over its share.
+  /// Acceleration of the contact points by the load beyond the limit, over its share.
   [[nodiscard]] double excess_m_s2() const {
     if (case_.load == GripLoad::kTorsion) return lever_m_ * limit_rad_s2_;
     return case_.load == GripLoad::kWeakening ? -down_.z() : case_.limit_m_s2;

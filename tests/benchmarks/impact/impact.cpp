@@ -186,7 +186,7 @@ class Drops {
 /// Every target, struck by parts at any attitude.
 void strikes(Experiment& experiment) {
   constexpr std::array kTypes = {"small", "medium", "d60"};
-  // What is rare shows in many; modes hardly differ.
+  // Rare events show in many throws; modes hardly differ.
   Table table({"mode", "target", "throws", "met", "passed", "deepest [mm]", "p99 [mm]", "p90 [mm]",
                "over 0.5 mm"});
   constexpr double kTooDeep = 0.5;  // [mm]

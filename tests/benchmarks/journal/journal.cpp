@@ -192,7 +192,7 @@ int run(int argc, char** argv) {
   cases[3].journal = journal_at(pipe);
   for (Case& one : cases) one.cell = std::make_unique<Cell>(one.journal.get());
   for (int round = 0; round < rounds; ++round) {
-    // What the machine does besides falls on all. The first two are compared by their rare trips,
+    // Other load of the machine affects all alike. The first two are compared by their rare trips,
     // which take more turns than steps do.
     const std::size_t count = round % 3 == 0 ? cases.size() : 2;
     for (std::size_t i = 0; i < count; ++i) {

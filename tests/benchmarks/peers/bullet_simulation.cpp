@@ -119,7 +119,7 @@ class BulletSimulation : public TraySimulation {
     states_.push_back(std::make_unique<btDefaultMotionState>(at));
     btRigidBody::btRigidBodyConstructionInfo info(mass, states_.back().get(), shape, inertia);
     bodies_.push_back(std::make_unique<btRigidBody>(info));
-    // What rides a belt moves slower than the sleeping threshold: it must not sleep.
+    // A body on a belt moves slower than the sleeping threshold: it must not sleep.
     bodies_.back()->setActivationState(DISABLE_DEACTIVATION);
     world_.addRigidBody(bodies_.back().get());
     return bodies_.back().get();

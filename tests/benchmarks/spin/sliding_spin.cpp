@@ -46,7 +46,7 @@ class SlidingBody {
               double friction)
       : points_(std::move(points)), height_m_(height_m), mass_(mass), friction_(friction) {}
 
-  /// What becomes of it in a time.
+  /// The state after a time.
   [[nodiscard]] Planar after(Planar state, double seconds) const {
     for (long left = std::lround(seconds / kFine); left > 0; --left) state = next(state);
     return state;

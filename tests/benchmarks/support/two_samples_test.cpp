@@ -21,7 +21,7 @@ std::vector<Measures> normal(unsigned seed, std::size_t runs, double shift) {
 }
 
 TEST(TwoSamples, DistanceIsKolmogorovAndSmirnovs) {
-  // By hand: after 1 and 2 of a, none of b: 2/3; ties count at their end.
+  // Worked out by hand: after 1 and 2 of a, none of b: 2/3; ties count at their end.
   const TwoSamples test = compare({{1}, {2}, {5}}, {{5}, {5}, {7}, {8}}, 99);
   EXPECT_DOUBLE_EQ(test.distance, 2.0 / 3);
   EXPECT_EQ(test.distances, std::vector<double>{2.0 / 3});
@@ -29,7 +29,7 @@ TEST(TwoSamples, DistanceIsKolmogorovAndSmirnovs) {
 }
 
 TEST(TwoSamples, PIsTheShareOfAllWaysToDivide) {
-  // Of the 20 ways to divide six runs into threes, two are as far apart as these.
+  // Two of the 20 ways to divide six runs into threes are as far apart as these.
   const TwoSamples test = compare({{1}, {2}, {3}}, {{4}, {5}, {6}}, 40000);
   EXPECT_DOUBLE_EQ(test.distance, 1);
   EXPECT_NEAR(test.p, 0.1, 0.005);

@@ -402,7 +402,7 @@ class Encryption(WithAuthority):
         refused = run("step", "2", *files)
         self.assertEqual(refused.returncode, 1)
         self.assertIn("needs the role operate", refused.stderr)
-        # By the environment, and by a certificate.
+        # The token comes from the environment, then a certificate is used.
         certified = self.client_ca.certify("injector")
         done = run(
             "step", "1", APRSIM_PORTS_FILE=str(self.daemon.ports_file),

@@ -204,7 +204,7 @@ TEST(ScenarioRun, RepeatedIsABatchOfSeedsInARow) {
       {"batch", file, "--seeds", "4..6", "--jobs", "1", "--journals", "0", "--out", out("batch")});
   EXPECT_EQ(batch.exit_code, 0) << batch.out << batch.err;
   EXPECT_EQ(report_in(out("repeated")), report_in(out("batch")));
-  // What is not as expected, its seeds and the exit code tell.
+  // Unexpected runs are reported with their seeds and by the exit code.
   auto text = std::string(kShortJob);
   text.replace(text.find("placed: 1"), 9, "placed: 2");
   const auto wrong = aprsim_alone(

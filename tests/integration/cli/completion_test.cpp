@@ -42,7 +42,7 @@ TEST(BashCompletion, CommandsOptionsAndValues) {
   EXPECT_EQ(offers({"aprsim", "crcl", "jog", "--robot", "=", "m"}), Words{"motoman"});
   EXPECT_EQ(offers({"aprsim", "crcl", "gripper", "--robot", "fanuc", "o"}), Words{"open"});
   EXPECT_EQ(offers({"aprsim", "completion", ""}), (Words{"bash", "zsh"}));
-  // What nobody can guess.
+  // Values that cannot be suggested.
   EXPECT_EQ(offers({"aprsim", "crcl", "jog", "--by", ""}), Words{});
 }
 

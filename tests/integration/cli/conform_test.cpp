@@ -117,7 +117,7 @@ TEST(Conform, AWrongCrclServerIsFoundWrong) {
 
 TEST(Conform, AWrongModbusServerIsFoundWrong) {
   const WrongServer server("wrong_modbus_server.py");
-  // Of functions: none read, too many read, below the range, unknown ones; of the map: run.
+  // Rules of functions: none read, too many read, below the range, unknown ones; of the map: run.
   expect_not_kept(conform({"modbus", server.address()}),
                   {"T2", "T3", "T5", "T6", "FC5", "FC6", "FC9", "R2"});
 }

@@ -136,7 +136,7 @@ std::vector<Row> every_command() {
           {"fault end", {"1"}},
           {"scenario list", {}, true},
           {"scenario check", {"clean_2017"}, true},
-          // Of a controller that does nothing nobody expects a kit.
+          // A controller that does nothing fills no kit.
           {"scenario run", {"cannot_be_done", "--controller", "true"}, true},
           {"trace diff", {trace_files().journal, trace_files().journal}, true},
           {"trace import", {trace_files().capture, "--out", trace_files().out + ".journal"}, true},
@@ -397,7 +397,7 @@ TEST(ExitCodes, TwoWhenTheArgumentsAreWrong) {
 
 TEST(ExitCodes, ThreeWithoutDaemon) {
   const TemporaryDirectory directory;
-  // Of a daemon that is gone.
+  // The ports file of a daemon that has ended.
   std::string ports;
   {
     const DaemonProcess daemon;
@@ -408,7 +408,7 @@ TEST(ExitCodes, ThreeWithoutDaemon) {
   for (const auto& row : every_command()) {
     auto arguments = line_of(row);
     arguments.insert(arguments.end(), {"--ports-file", file});
-    // What it sends is read before anybody is asked.
+    // Its input is read before the daemon is contacted.
     const std::string& last = row.arguments.empty() ? row.command : row.arguments.back();
     if (row.command == "load" && last.starts_with('/') && !std::filesystem::exists(last)) {
       std::ofstream(last) << "a state";
@@ -416,7 +416,7 @@ TEST(ExitCodes, ThreeWithoutDaemon) {
     const auto result = run_alone(arguments);
     EXPECT_EQ(result.exit_code, row.alone ? 0 : 3) << row.command << result.err;
     if (row.alone) continue;
-    // crcl stop tells of the first robot that it cannot reach.
+    // crcl stop reports the first robot that it cannot reach.
     EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
     EXPECT_EQ(result.out, "") << row.command;
   }

@@ -62,7 +62,7 @@ TEST_F(Interruption, CtrlCStopsAJog) {
   auto jog = start_jog();
   wait_until_moving("fanuc");
   jog.type("\x03");
-  // Of the signal itself, so that a shell ends the loop around it: 130 there.
+  // It dies of the signal itself, so that a shell ends the loop around it: 130 there.
   EXPECT_EQ(jog.wait_for_exit(), -SIGINT) << jog.output();
   EXPECT_FALSE(moves(client_.snapshot(), "fanuc")) << "stopped before it left";
   expect_standstill(client_, "fanuc");

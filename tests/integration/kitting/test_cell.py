@@ -155,7 +155,7 @@ class BeltTest(KittingTest):
         text = (
             (scenes / "aprs.yaml").read_text(encoding="utf-8").replace("types/", f"{scenes}/types/")
         )
-        # Of the large gears before the camera one tray is empty, the other upstream.
+        # One tray of large gears before the camera is empty, the other is upstream.
         self.assertIn("xy_m: [0.295, -0.707]", text)
         text = text.replace("xy_m: [0.295, -0.707]", "xy_m: [-0.43, -0.6]")
         begin = text.index("    gears:", text.index("name: large_gear_vessel_3"))

@@ -97,7 +97,7 @@ class Counts(Cell):
         self.assertEqual(more('aprsim_requests_total{wire="web"}'), 2)
         self.assertEqual(more('aprsim_request_errors_total{wire="web"}'), 1)
         self.assertEqual(more('aprsim_answer_seconds_count{wire="web"}'), 2)
-        # What lies on tables is solved, and to the tolerance.
+        # Bodies on tables are solved, and to the tolerance.
         self.assertGreater(after["aprsim_solver_iterations_total"], 0)
         self.assertLess(after["aprsim_solver_residual_meters_per_second"], 1e-8)
         # Steps go on while they are counted.

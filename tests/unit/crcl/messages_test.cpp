@@ -198,7 +198,7 @@ TEST(Messages, AreMadeOnlyOfWhatTheSchemaKnows) {
   EXPECT_EQ(number.value, "long");
   const Error unit = refused(with_id("SetLengthUnitsType", "<UnitName>feet</UnitName>"));
   EXPECT_EQ(unit.expected, "expected meter millimeter inch");
-  // What it does not know it leaves out, as all readers of the language do.
+  // Unknown elements are ignored, as by all readers of the language.
   EXPECT_TRUE(command_message(with_id("InitCanonType", "<Extra><X>1</X></Extra>")));
 }
 

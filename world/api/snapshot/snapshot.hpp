@@ -197,7 +197,7 @@ struct Snapshot {
   std::uint64_t plan_waits = 0;        ///< motion plans that a step waited for, since reset
   std::shared_ptr<const SavedStates> saved_states;  ///< null = none
 
-  /// Of the latest kMaxRunEnds runs that have ended, in their order; null = none.
+  /// Ends of the latest kMaxRunEnds runs, in their order; null = none.
   std::shared_ptr<const std::vector<RunEnd>> runs;
 
   std::vector<RobotSnapshot> robots;
@@ -209,9 +209,9 @@ struct Snapshot {
   std::vector<ToolSnapshot> tools;
 
   int contact_count = 0;
-  /// By their sides, robots last, at most kMaxContacts. Merged bodies and sleeping groups have
-  /// those among themselves that they had when they came to rest, as nothing has changed at them
-  /// since.
+  /// Ordered by their sides, robots last, at most kMaxContacts. Merged bodies and sleeping groups
+  /// have those among themselves that they had when they came to rest, as nothing has changed at
+  /// them since.
   std::vector<ContactSnapshot> contacts;
   UnintendedContactsPtr unintended_contacts;  ///< null = none
   int virtual_joint_count = 0;                ///< contact simplification at work

@@ -29,7 +29,7 @@ struct WireJoint {
   double sign = 1;                    ///< 1 or -1
   double offset_rad = 0;              ///< of the arm's joint
   std::vector<JointShare> couplings;  ///< of wire joints
-  /// What the robot says of the angle's limits, and refuses beyond; empty (both 0) = what the arm's
+  /// Limits of the angle that the robot reports and enforces; empty (both 0) = those that the arm's
   /// limits give.
   AngleRange range{};
 

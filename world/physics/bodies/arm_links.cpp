@@ -60,7 +60,7 @@ void ArmLinks::end_step() {
   bool moved = false;
   for (std::size_t i = 0; i < X_WL_.size(); ++i) {
     X_WL_before_[i] = X_WL_[i];
-    // An arm that stands still costs no new bounds.
+    // An arm at rest keeps its bounds.
     if (X_WL_[i].matrix() == X_WL_next_[i].matrix()) continue;
     X_WL_[i] = X_WL_next_[i];
     moved = true;

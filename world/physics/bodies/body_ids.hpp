@@ -24,7 +24,7 @@ class BodyIds {
   }
   [[nodiscard]] bool is_link(int id) const { return is_robot(id) && in_robot(id) >= kGripperParts; }
   [[nodiscard]] int robot_of(int id) const { return (id - free_) / kPerRobot; }
-  /// Of a gripper's part: 0 palm, 1-2 fingers.
+  /// Number of a gripper's part: 0 palm, 1-2 fingers.
   [[nodiscard]] int part_of(int id) const { return in_robot(id); }
   [[nodiscard]] int link_of(int id) const { return in_robot(id) - kGripperParts; }
 

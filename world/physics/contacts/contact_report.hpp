@@ -20,7 +20,7 @@ class ContactReport {
   /// After a substep that is `share` of the step: adds its solved constraints. Forces are means
   /// over the step.
   void add_substep(double share);
-  /// By the penalty law at the present poses.
+  /// Adds the arms' forces by the penalty law at the present poses.
   void end_step(ArmPenalty& penalty);
   /// Forces on links, palm and fingers. Weight, inertia and contacts of a held body act through the
   /// pads.

@@ -300,7 +300,7 @@ void ContactSearch::unmerge(std::span<const int> members) {
     if (parent < 0) continue;  // unmerged already
     model_.simplification.unmerge(member);
     // The contact to the parent was frozen while merged, and is searched again.
-    // By the rule of composites it touches nothing else, save what has been found already.
+    // A composite touches nothing else, except contacts found already.
     collider_.free_on_free(member, parent, found_);
     add_found(-1);
   }

@@ -28,7 +28,7 @@ class Composites {
   /// The next member: a root's list runs from the root through its members in ascending order.
   [[nodiscard]] int next(int body) const { return at(body).next; }  ///< -1 = no more
   [[nodiscard]] bool is_merged(int body) const { return parent(body) >= 0 || next(body) >= 0; }
-  /// Of its contact with its parent.
+  /// The wrench cone of its contact with its parent.
   [[nodiscard]] const ContactWrenchCone& cone(int child) const { return at(child).cone; }
   [[nodiscard]] int child_count() const { return children_; }
 

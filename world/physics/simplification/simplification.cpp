@@ -299,7 +299,7 @@ void Simplification::update_pairs(std::span<const ContactConstraint> constraints
     const int support = at(i).support;
     if (support < 0 || at(i).many_supports) continue;
     const bool held = island_of[static_cast<std::size_t>(i)] < 0;
-    // Of two lone bodies the one with the higher number, a gear, is the child.
+    // The child of two lone bodies is the one with the higher number, a gear.
     const bool mutual = at(support).support == i && !at(support).many_supports && support > i;
     if (held || mutual || at(i).touched || at(i).near) {
       rest_.restart_on_body(i);

@@ -23,7 +23,7 @@ class Islands {
   [[nodiscard]] int number_of_gripper(int robot) const { return number_[index(free_ + robot)]; }
   /// Number of the island in which a contact is solved.
   [[nodiscard]] int number_of(const PhysicsModel& model, const ContactConstraint& constraint) const;
-  /// By root, for the detection of rest: a number of the bodies in contact with each other, -1 =
+  /// Number of the touching bodies that a root belongs to, for the detection of rest; -1 =
   /// with a gripper. A tray that a gripper touches is with it, the parts on the tray are not.
   [[nodiscard]] std::span<const int> resting_together() const { return together_; }
 

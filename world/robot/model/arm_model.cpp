@@ -186,7 +186,7 @@ class ModelReader {
     joint.upper_rad = limits.upper;
     joint.max_speed_rad_s = limits.velocity;
     joint.max_torque_nm = limits.effort;
-    // What remains in the map names no joint of the arm.
+    // Names that remain in the map are no joint of the arm.
     // Rotor inertia is added to the joint's axis only (Siciliano et al. 2009, sec. 7.1.1, without
     // gyroscopic terms).
     if (const auto found = reflected_.find(source.name); found != reflected_.end()) {

@@ -27,7 +27,7 @@ struct MoveRequest {
   Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();
   ToolLimitSettings limits;
 
-  /// Of memory, besides the value itself.
+  /// Allocated memory, besides the value itself.
   [[nodiscard]] std::size_t bytes() const {
     const auto* through = std::get_if<api::MoveThroughTo>(&move);
     return through == nullptr ? 0 : bytes_of(through->waypoints);
@@ -75,7 +75,8 @@ struct PlanRequest {
 struct Plan {
   Result<void> outcome;
   bool search_wanted = false;  ///< a search was not requested but may improve the outcome
-  /// What the planner expects of the robot then: its reference, and where it would come to rest.
+  /// The robot's state that the planner expects then: its reference, and where it would come to
+  /// rest.
   JointState state;
   JointVector rest;
   std::shared_ptr<const MotionPlan> motions;  ///< from rest

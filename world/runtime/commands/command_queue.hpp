@@ -38,14 +38,14 @@ class CommandQueue {
   [[nodiscard]] std::size_t size() const;
   [[nodiscard]] std::size_t capacity() const { return capacity_; }
 
-  /// Whether a command waits that comes from none of these endpoints. Thread: sim.
+  /// Whether a command of any other endpoint waits. Thread: sim.
   [[nodiscard]] bool holds_other_than(std::span<const api::EndpointId> endpoints);
 
   /// Counts pushes and calls of notify(). Thread: any.
   [[nodiscard]] std::uint64_t changes();
   /// Ends a wait_until(). Thread: any.
   void notify();
-  /// Waits until changes() is no longer `seen`, the deadline passes or the queue is closed.
+  /// Waits until changes() differs from `seen`, the deadline passes or the queue is closed.
   /// Thread: sim.
   void wait_until(std::uint64_t seen, std::chrono::steady_clock::time_point deadline);
 

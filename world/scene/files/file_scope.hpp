@@ -36,7 +36,7 @@ class FileScope {
   /// The same beside the scene; empty = it is not there.
   [[nodiscard]] std::string find_model_beside(const std::string& name) const;
 
-  /// What a scene may name, for messages.
+  /// Description of the files that a scene may name, for messages.
   [[nodiscard]] std::string expected_types() const;
   [[nodiscard]] std::string expected_model() const;
 

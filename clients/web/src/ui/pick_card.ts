@@ -127,7 +127,7 @@ export class PickCard {
       const first = is(contact.first);
       if (!first && !is(contact.second)) continue;
       const other = first ? contact.second : contact.first;
-      // By kind and index, since things of different kinds may share a name.
+      // The key has kind and index, since things of different kinds may share a name.
       const key = `${other?.thing.case} ${other?.thing.value} ${other?.part}`;
       const total = totals.get(key) ?? {
         name: this.nameOf(other),

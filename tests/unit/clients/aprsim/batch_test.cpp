@@ -118,7 +118,7 @@ TEST(Significance, ComparesDifferencesAndSamples) {
   EXPECT_NEAR(signed_rank(std::vector<double>{-1, 2, 3, 4, 5, 0}), 0.125, 1e-12);
   EXPECT_EQ(signed_rank(std::vector<double>{0, 0}), 1);
   EXPECT_EQ(signed_rank(std::vector<double>{-1, 1}), 1);
-  // Of many, by the normal distribution, as the exact one within a few per cent.
+  // For many values the normal distribution agrees with the exact one within a few per cent.
   std::vector<double> many;
   for (int i = 1; i <= 60; ++i) many.push_back(i % 3 == 0 ? -i : i);
   const double p = signed_rank(many);
@@ -347,7 +347,7 @@ TEST(BatchDirectory, ContinuesAnExistingBatch) {
   const BatchIdentity identity = batch_of({}).identity;
   ASSERT_TRUE(directory.begin(identity, {1, 2, 3}));
   ASSERT_TRUE(directory.keep(episode(2)));
-  // What was cut off by a kill counts as nothing.
+  // A file cut off by a kill counts as none.
   std::ofstream(directory.path() / "episodes/seed_3.json.77.part") << "{";
   auto again = directory.begin(identity, {3, 4});
   ASSERT_TRUE(again);

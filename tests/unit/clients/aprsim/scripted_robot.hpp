@@ -17,7 +17,7 @@ namespace aprsim::test {
 /// the script says. Its joints are at 10, 20, ... 60 degrees, its tool at (300, 0, 400).
 class ScriptedRobot {
  public:
-  /// What becomes of a command: kDone, or kError with the description.
+  /// The outcome of a command: kDone, or kError with the description.
   using Script = std::function<crcl::CommandStatus(const crcl::Command&)>;
   /// `last_id` is what the first status shows, as left by an earlier client.
   explicit ScriptedRobot(Script script, std::int64_t last_id = -1);

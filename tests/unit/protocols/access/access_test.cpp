@@ -61,7 +61,7 @@ TEST_F(AccessOfTokens, WithoutOneOrWithAWrongOneSaysWhatIsMissing) {
   EXPECT_EQ(none->kind, Kind::kUnauthenticated);
   EXPECT_NE(none->message.find("needs the role operate, by a token"), std::string::npos);
   EXPECT_FALSE(access.refusal(access.identify(kFar, {}, kNow, clock), "it", Role::kView));
-  // Who gives a wrong one is not taken for nobody.
+  // A caller with a wrong token is not treated as anonymous.
   const auto wrong = access.refusal(call("guess"), "it", Role::kView);
   ASSERT_TRUE(wrong);
   EXPECT_EQ(wrong->kind, Kind::kUnauthenticated);

@@ -115,7 +115,7 @@ TEST(JointMap, RandomConventionsGoThereAndBack) {
       const double value = map.from_rad(number, wire(number - 1), AngleUnit::kDegree);
       EXPECT_NEAR(map.to_rad(number, value, AngleUnit::kDegree), wire(number - 1), 1e-12);
     }
-    // Some of the joints named: they go where they are told, the others stay as they were counted.
+    // Some of the joints named: they move to their targets, the others stay as they were counted.
     Eigen::VectorXd expected = wire;
     std::vector<WireTarget> targets;
     for (int number = 1; number <= joints; ++number) {

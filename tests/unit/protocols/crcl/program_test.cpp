@@ -87,7 +87,7 @@ TEST_F(Programs, EndWithTheirClientIfToldSo) {
     finish(1);
     ticket(2);
   }
-  // What is under way goes on, and nothing follows it.
+  // The present command continues, and none follows it.
   ASSERT_TRUE(test::eventually([&] { return server_->stats().open == 1; }));
   finish(2);
   witness.wait_for([](const crcl::Status& status) {

@@ -291,7 +291,7 @@ TEST_F(Transport, AnIncompleteDocumentIsNotWaitedForLongHoweverItDrips) {
     }
   });
   wait_for_dropped(2);
-  // Who has asked for something before has no longer, and silence between documents is no fault.
+  // A client with earlier requests gets no more time; silence between documents is no fault.
   TestClient asked(port_);
   asked.status();
   asked.send(get_status_.substr(0, 20));

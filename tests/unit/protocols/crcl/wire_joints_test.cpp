@@ -60,7 +60,7 @@ TEST_F(WireJoints, TargetsSpeedsAndTolerancesAreInTheirUnits) {
   ASSERT_EQ(move.targets.size(), 3U);
   EXPECT_EQ(move.targets[0].joint, 1);
   EXPECT_NEAR(move.targets[0].position_rad, -10 * kRadPerDegree, 1e-12);
-  // Of a joint in pulses in percent of its highest, whose acceleration is its own.
+  // Speed of a joint in pulses, in percent of its highest; its acceleration is its own.
   const double full = world_.latest()->cell->robots[0].joints[1].max_speed_rad_s;
   EXPECT_NEAR(*move.targets[0].speed_rad_s, 0.25 * full, 1e-12);
   EXPECT_FALSE(move.targets[0].accel_rad_s2);

@@ -100,7 +100,7 @@ TEST_F(Flooded, PingsWhoseAnswersNobodyReadsStopBeingHeard) {
     return all;
   }();
   ASSERT_TRUE(attacker.send(begin()));
-  // What the kernel buffers hold on the way, and no more.
+  // As much as the kernel's buffers hold, and no more.
   std::size_t sent = 0;
   const auto deadline = TcpSocket::Clock::now() + 2s;
   while (TcpSocket::Clock::now() < deadline && sent < std::size_t{200} << 20) {

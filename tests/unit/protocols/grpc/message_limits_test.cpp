@@ -110,7 +110,7 @@ TEST_F(MessageLimits, UploadsAreBoundedEachAndTogether) {
     }
     EXPECT_GE(together, 1);
   }
-  // What they have taken is free again.
+  // Their share of the limit is free again.
   Upload last(*control_);
   ASSERT_TRUE(last.send(30'000));
   EXPECT_EQ(last.finish().error_code(), grpc::StatusCode::INVALID_ARGUMENT);

@@ -96,7 +96,7 @@ TEST_F(ListenerTest, AStopIsConfirmedWithoutAStep) {
     ASSERT_TRUE(reply) << transaction;
     EXPECT_EQ((*reply)[7], stop[0]) << transaction << ": no exception";
   }
-  // What it has written is what it reads.
+  // It reads the values that it has written.
   Bytes body = pdu(23, {0x8000, 3, 0x8000, 3});
   body.insert(body.end(), {6, 0, 0, 0, 0, 0x27, 0x10});
   EXPECT_EQ(client.ask(adu(body, 40)), adu({23, 6, 0, 0, 0, 0, 0x27, 0x10}, 40));

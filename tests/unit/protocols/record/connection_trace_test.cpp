@@ -37,7 +37,7 @@ TEST(WireTrace, TellsOfAConnectionFromItsOpeningToItsEnd) {
     });
     trace.received(std::string("a\0b", 3), "wrong");
     trace.sent("answer");
-    // Who takes it over goes on with it.
+    // A moved trace continues.
     ConnectionTrace moved(std::move(trace));
     moved.closed("by the client");
     moved.sent("too late");
@@ -74,7 +74,7 @@ TEST(WireTrace, RecordsARequestBehindItsImmediateAnswer) {
   trace.catch_up();
   EXPECT_EQ(kept.contents(), "ors");
 
-  // What has no answer is handed over all the same: asked for, before the next and before the end.
+  // A command without an answer is published on request, before the next one and at the end.
   trace.received_first("command");
   trace.catch_up();
   EXPECT_EQ(kept.contents(), "orsr");

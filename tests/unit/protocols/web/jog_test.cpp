@@ -161,7 +161,7 @@ class JogReleasedAtARefusal : public Jog {
     client_.emplace(port);
     (void)client_->upgrade();
   }
-  /// What the robot shows once the stop of the jog along x has been applied.
+  /// The robot's report once the stop of the jog along x has been applied.
   void release_and_report(api::Ticket ticket, bool protective_stop) {
     ASSERT_TRUE(client_->ask(along_x()).ok());
     ASSERT_TRUE(client_->ask(release()).ok());

@@ -18,7 +18,7 @@ using protocols::Role;
 
 class AccessFiles : public testing::Test {
  protected:
-  /// What is wrong with a file of this text; "" = nothing.
+  /// The fault of a file of this text; "" = none.
   std::string fault(const std::string& text, mode_t mode = 0600) {
     directory.write("access", text);
     chmod(path.c_str(), mode);

@@ -15,7 +15,7 @@ class Token : public testing::Test {
     directory_.write("token", text);
     web.token_file = directory_.path() + "/token";
   }
-  /// What is wrong; "" = nothing.
+  /// The fault; "" = none.
   std::string fault(const char* environment = nullptr) {
     const auto ok = resolve_token(web, environment);
     return ok ? "" : ok.error().message;

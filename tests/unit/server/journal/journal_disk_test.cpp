@@ -87,7 +87,7 @@ TEST_F(JournalDiskTest, AFifoThatIsNotReadIsNotWaitedForAndItsGapIsTold) {
   constexpr std::uint64_t kFrames = 40;
   for (std::uint64_t step = 0; step < kFrames; ++step) disk.append(frame(step, 1 << 20));
   EXPECT_TRUE(disk.wants_beginning());
-  // Who asks hears of it while nobody reads.
+  // The statistics report the gap while nobody reads.
   EXPECT_EQ(disk.stats().gaps, 1U);
   EXPECT_GE(disk.stats().missing, 20U);
   // Now it is read.
@@ -298,7 +298,7 @@ TEST_F(JournalDiskTest, ADiskThatRunsFullLeavesWholeFramesAndItsGapIsTold) {
   EXPECT_EQ(rest.gaps, 1U);
   EXPECT_EQ(rest.missing, 8U);
   EXPECT_NE(rest.reason.find("No space left"), std::string::npos) << rest.reason;
-  // It is told once.
+  // The gap is recorded once.
   EXPECT_EQ(read(file).gaps, 0U);
   EXPECT_EQ(read(file).steps, full.steps);
 }

@@ -77,7 +77,7 @@ TEST_F(LogSinkTest, GivesUpAtItsDeadline) {
   for (int i = 0; i < kMany; ++i) logger_->info(std::string(1000, 'x'));
   EXPECT_GE(LogSink::Clock::now() - began, 100ms);
   EXPECT_LT(LogSink::Clock::now() - began, 5s);
-  // What was lost is told when there is a reader again.
+  // Lost lines are reported when there is a reader again.
   read_some();
   logger_->info("again");
   const std::string text = read_some();

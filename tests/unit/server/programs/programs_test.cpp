@@ -18,7 +18,7 @@ using namespace std::chrono_literals;
 using test::eventually;
 
 Program shell(const std::string& name, const std::string& script) {
-  // What follows the script is $0; a seed option and its value are $1 and $2.
+  // The argument after the script is $0; a seed option and its value are $1 and $2.
   return {{name, "says what it is told"}, {"/bin/sh", "-c", script, "sh"}, "--seed"};
 }
 

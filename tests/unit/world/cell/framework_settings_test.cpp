@@ -79,7 +79,7 @@ class FrameworkSettings : public testing::TestWithParam<Settings> {
     return cell_.world.description()->bodies[static_cast<std::size_t>(seen.body)];
   }
 
-  /// What the camera shows with the robot looking for parts.
+  /// Detections of the camera from the robot's inspection pose.
   std::vector<api::VisionDetection> look() {
     const Settings& s = GetParam();
     cell_.act(s.robot, api::InitRobot{});

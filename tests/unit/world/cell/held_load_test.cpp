@@ -87,7 +87,8 @@ TEST_F(HeldLoad, WeightShowsInForceSensorJointTorquesAndMount) {
   EXPECT_LT((now.torque_T_R - moment_R).norm(), 0.002 * kWeight_n);
   const double sag = kWeight_n / load_scene("fanuc_only")->robots[0].gripper.palm_stiffness_n_m;
   EXPECT_NEAR(now.gripper.palm_deflection_m, sag, 0.03 * sag);
-  // By the principle of virtual work, against the torques at the same place without it.
+  // The principle of virtual work gives the torques, against the torques at the same place without
+  // it.
   const auto model = *robot::load_arm_model(load_scene("fanuc_only")->robots[0].model_file);
   robot::JointVector q(model.dof()), change(model.dof());
   for (int i = 0; i < model.dof(); ++i) {

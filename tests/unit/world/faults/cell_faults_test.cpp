@@ -228,7 +228,7 @@ TEST(PartFaults, AShiftedTrayTakesItsPartsAlong) {
 
 class CameraFault : public testing::Test {
  protected:
-  /// In the Fanuc's latest frame; null = not seen. Of several the last.
+  /// In the Fanuc's latest frame; null = not seen. The last one of several.
   const api::VisionDetection* seen(const std::string& body) {
     const api::VisionDetection* found = nullptr;
     for (const auto& one : frame().detections) {

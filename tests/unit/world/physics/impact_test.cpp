@@ -80,7 +80,7 @@ TEST_P(TenMetresPerSecond, NothingIsPassedOrEnteredDeeply) {
       for (int step = 0; step < 400; ++step) {
         bench.run(1);
         deepest = std::max(deepest, bench.world->max_penetration_m());
-        // What leaves the target's sides falls.
+        // A body that leaves the target's sides falls.
         const Vector3d now = bench.world->body(thrown).p_WB;
         if (now.head<2>().cwiseAbs().maxCoeff() < 0.1) least_z = std::min(least_z, now.z());
       }

@@ -29,7 +29,7 @@ TEST_P(Jams, EndTheSameInEveryMode) {
     EXPECT_LT(farthest_apart(out.pressed, off.pressed), kSame);
     EXPECT_LT(farthest_apart(out.left, off.left), kSame);
     EXPECT_EQ(out.resting, off.resting);
-    // What sleeps is not run into.
+    // Sleeping bodies are not penetrated.
     EXPECT_NEAR(out.deepest_m, off.deepest_m, 1e-4);
   }
   EXPECT_EQ(std::count(off.resting.begin(), off.resting.end(), false), 0);

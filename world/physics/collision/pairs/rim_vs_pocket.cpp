@@ -174,7 +174,7 @@ RimInPocket rim_in_pocket(const RimS& rim, const PocketProfile& pocket) {
   if (off - rim.r > pocket.r_mouth || rim.r * std::abs(rim.u.z()) - off > pocket.r_mouth) {
     return RimInPocket::kApart;
   }
-  // By the rim's lowest point, and the pocket's radius there.
+  // Decided by the rim's lowest point and the pocket's radius there.
   const double low = rim.c.z() - rim.r * rim.sine;
   if (low >= 0) return RimInPocket::kApart;
   const bool above_floor = low > -pocket.depth;

@@ -41,7 +41,7 @@ class PathLimits {
  public:
   void choose(const SampledPath& path, const PathMove& move);
 
-  /// Of the profile along the scaled parameter, as planned and for a hard stop.
+  /// Limits of the profile along the scaled parameter, as planned and for a hard stop.
   [[nodiscard]] const ScalarLimits& planned() const { return planned_; }
   [[nodiscard]] const ScalarLimits& hard() const { return hard_; }
   [[nodiscard]] const TimeScaling& scaling() const { return scaling_; }

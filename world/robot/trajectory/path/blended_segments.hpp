@@ -43,7 +43,7 @@ class BlendedSegments {
   /// A step that resolves the segment or blend at s.
   [[nodiscard]] double fine_step(double s) const;
 
-  /// Of memory, besides the value itself.
+  /// Allocated memory, besides the value itself.
   [[nodiscard]] std::size_t bytes() const { return bytes_of(segments_); }
 
   /// See world/archive/archive.hpp.

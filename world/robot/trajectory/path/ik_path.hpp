@@ -75,7 +75,7 @@ class IkPath {
   /// before trace().
   [[nodiscard]] bool seems_feasible(const ArmGeometry& arm, const Route& route);
   [[nodiscard]] std::span<const PathSample> samples() const { return samples_; }
-  /// Of memory, besides the value itself.
+  /// Allocated memory, besides the value itself.
   [[nodiscard]] std::size_t bytes() const {
     return tool_.bytes() + route_.guide.bytes() + bytes_of(samples_);
   }

@@ -22,7 +22,7 @@ class JointGuide {
   [[nodiscard]] bool empty() const { return control_.empty(); }
   /// Does not allocate.
   [[nodiscard]] JointVector at(double u) const;
-  /// Of memory, besides the value itself.
+  /// Allocated memory, besides the value itself.
   [[nodiscard]] std::size_t bytes() const { return bytes_of(control_); }
 
   /// See world/archive/archive.hpp.

@@ -25,7 +25,7 @@ class JointPath {
   [[nodiscard]] bool is_complete() const {
     return segments_.size() > 0 && postures_.size() == segments_.size() + 1;
   }
-  /// Of memory, besides the value itself.
+  /// Allocated memory, besides the value itself.
   [[nodiscard]] std::size_t bytes() const { return segments_.bytes() + bytes_of(postures_); }
 
   /// See world/archive/archive.hpp.

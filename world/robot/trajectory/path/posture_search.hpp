@@ -36,7 +36,7 @@ class PostureSearch {
     std::vector<Node> nodes;
     bool known = false;
   };
-  /// By elbow angle.
+  /// Nodes by elbow angle.
   using Layer = std::vector<Nodes>;
 
   [[nodiscard]] std::size_t count_layers() const;

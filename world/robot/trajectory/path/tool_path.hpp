@@ -55,7 +55,7 @@ class ToolPath {
   [[nodiscard]] const Eigen::Isometry3d& end() const { return end_; }
   /// For messages: "43 % of the straight line", "12 % of the way to waypoint 3".
   [[nodiscard]] std::string describe_position(double s) const;
-  /// Of memory, besides the value itself.
+  /// Allocated memory, besides the value itself.
   [[nodiscard]] std::size_t bytes() const {
     return segments_.bytes() + bytes_of(lines_) + bytes_of(waypoints_);
   }

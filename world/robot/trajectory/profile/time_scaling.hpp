@@ -33,7 +33,7 @@ class TimeScaling {
   [[nodiscard]] double rate_of(double u) const;
   /// Not the identity.
   [[nodiscard]] bool active() const { return !pieces_.empty(); }
-  /// Of memory, besides the value itself.
+  /// Allocated memory, besides the value itself.
   [[nodiscard]] std::size_t bytes() const {
     return bytes_of(pieces_) + bytes_of(rates_) + bytes_of(work_);
   }

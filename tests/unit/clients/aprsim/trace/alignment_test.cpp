@@ -60,7 +60,7 @@ TEST(Alignment, FindsTheLeastCostForAllSizes) {
   for (int round = 0; round < 200; ++round) {
     std::string a(random() % 120, ' '), b;
     for (char& c : a) c = letters[random() % letters.size()];
-    // Of some the other one is a copy with changes, of some another text.
+    // Some pairs are a text and its changed copy, some are two different texts.
     b = a;
     if (round % 3 == 0) b.assign(random() % 300, 'a');
     for (int change = 0; change < round % 50 && !b.empty(); ++change) {

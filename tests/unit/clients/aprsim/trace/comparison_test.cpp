@@ -202,7 +202,7 @@ TEST(TraceComparison, UnitsOfTheConnectionAreNoDeviation) {
 }
 
 TEST(TraceComparison, ChanceObservationsAreNoDeviation) {
-  // Of a program of four commands, and of a gripper whose end nobody waits for, polls see these.
+  // These are the states that polls see of a program of four commands and of a gripper.
   const auto seeing = [](const std::vector<std::int64_t>& seen, bool gripper_seen) {
     JournalFile file;
     std::string program = "<CRCLProgram xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\">";

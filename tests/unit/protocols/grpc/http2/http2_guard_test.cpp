@@ -24,7 +24,7 @@ const Time kNow = Time{} + 1h;
 struct Http2GuardTest : ::testing::Test {
   Http2GuardTest() { EXPECT_TRUE(guard.from_client(http2::kPreface, kNow)); }
 
-  /// What is wrong with these bytes; empty = nothing.
+  /// The fault of these bytes; empty = none.
   std::string client(const std::string& bytes, Time at = kNow) {
     const auto ok = guard.from_client(bytes, at);
     return ok ? "" : ok.error().message;

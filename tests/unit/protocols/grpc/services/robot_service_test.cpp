@@ -275,7 +275,7 @@ TEST_F(RobotService, ExecuteAnswersWhenTheCommandIsOver) {
   EXPECT_EQ(replaced.status().command_status().command_id(), 6);
   cell_->report(0, 3, ActionState::kDone);
   EXPECT_FALSE(stop.get().replaced());
-  // What the robot refuses is no error of the call.
+  // A refusal of the robot is no error of the call.
   command.set_command_id(7);
   command.mutable_dwell()->set_dwell_time_s(-1);
   const pb::CommandStatus refused = execute(command).get().status().command_status();

@@ -93,7 +93,7 @@ TEST(EventDetector, ReportsAPickAndPlaceInItsOrder) {
   EXPECT_EQ(about(What::kContactEnded, "fanuc", "part_large_gear_1"), 2);
   EXPECT_EQ(about(What::kContactBegun, "part_large_gear_1", "kit_m2l1_vessel_1"), 1);
   EXPECT_EQ(about(What::kContactEnded, "part_large_gear_1", "kit_m2l1_vessel_1"), 0);
-  // What lies there from the beginning is no news, and nothing rattles.
+  // Initial contacts are no events, and nothing rattles.
   EXPECT_LT(events_of(events, What::kContactBegun).size(), 12u);
   if (HasFailure()) {
     for (const auto& text : event_lines(events)) std::printf("%s\n", text.c_str());
@@ -248,7 +248,7 @@ TEST(EventDetector, ReportsTiesInEveryMode) {
     for (const auto& event : events) {
       if (event.kind != What::kMerged && event.kind != What::kWoken) continue;
       const bool tied = event.kind == What::kMerged;
-      // Of a merger and a joint the first one is tied; of a sleeping group all are.
+      // The first body of a merger or joint is tied; all of a sleeping group are.
       const std::size_t count = event.text == "dormant" ? event.names.size() : 1;
       for (std::size_t i = 0; i < count; ++i) {
         int& now = ties[event.text + " " + event.names[i]];

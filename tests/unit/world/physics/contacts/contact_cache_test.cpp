@@ -171,7 +171,7 @@ TEST(ContactCache, GoOnFromASavedStateBitForBit) {
     EXPECT_EQ(a[i].n_W, b[i].n_W);
     EXPECT_EQ(a[i].depth_m, b[i].depth_m);
   }
-  // Of a world with fewer bodies.
+  // The cache of a world with fewer bodies.
   ContactCache other(kGear);
   other.restore(kept.save());
   EXPECT_TRUE(other.save().empty());

@@ -106,7 +106,7 @@ TEST_P(JointMoves, RefuseAJointThatIsNamedTwice) {
 
 TEST_P(JointMoves, MayGoWithWhereOtherJointsAreHeld) {
   ASSERT_EQ(rig.run(api::MoveJoints{{{0, 0.3, {}, {}}, {1, 0.2, {}, {}}}}), ActionState::kDone);
-  // The third joint to 0.1 and a half of where the second is held, whatever that is told now.
+  // The third joint to 0.1 and a half of where the second is held, whatever that one's target is.
   api::MoveJoints move{{{1, 0.4, {}, {}}, {2, 0.1, {}, {}}}};
   move.targets[1].held = {{1, 0.5}, {0, 1}};
   ASSERT_EQ(rig.run(move), ActionState::kDone) << rig.reason();

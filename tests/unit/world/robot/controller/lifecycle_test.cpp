@@ -141,7 +141,7 @@ TEST_F(Lifecycle, GripperAndDwellAreDoneBesideAMotionThatGoesOn) {
     EXPECT_EQ(rig.path(), alone) << straight;
     EXPECT_EQ(rig.state(), ActionState::kDone);
   }
-  // What needs the arm itself still ends the motion.
+  // A command that needs the arm itself still ends the motion.
   rig.run(move_all(start));
   rig.apply(api::MoveTo{goal, true});
   rig.steps(150);

@@ -267,7 +267,7 @@ TEST_P(Servo, RelaxTakesTheDeviationIntoTheReference) {
   ASSERT_GT(speed.norm(), 0);
   arm.relax();
   EXPECT_TRUE(same_bits(arm.q(), here));
-  // The push ends and the reference stands still here: the arm brakes and stays.
+  // The push ends and the reference is at rest here: the arm brakes and stays.
   arm.step(here, zero_);
   EXPECT_LT((arm.q() - here).norm(), 2 * speed.norm() * kServoStep);
   for (int k = 0; k < 3000 && arm.state().deviating; ++k) arm.step(here, zero_);
