@@ -208,7 +208,7 @@ class CrclRobot:
                 self._socket.shutdown(socket.SHUT_RDWR)
 
     def interrupt(self) -> None:
-        """Whoever waits for a command gives up with Interrupted."""
+        """End every wait for a command with Interrupted."""
         self._interrupted.set()
 
     # -- commands -----------------------------------------------------------------------------

@@ -77,7 +77,7 @@ void add_cell(Digest& digest, const world::World& world, const api::Snapshot& no
   for (const api::BodySnapshot& body : now.bodies) digest.add(body.X_WB.p);
 }
 
-/// Whatever a client might send, feasible or not.
+/// Random commands of a client, feasible or not.
 class RandomCommands {
  public:
   explicit RandomCommands(std::uint64_t seed) : engine_(seed) {}

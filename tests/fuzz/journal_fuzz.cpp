@@ -1,5 +1,5 @@
 // Bytes as a journal: through the frames, through the reader's records, and what is said of them.
-// Whatever is read stays within what was given; whatever is not must say why.
+// Every read stays within the given bytes; every refusal must say why.
 
 #include <cstddef>
 #include <cstdint>

@@ -1,5 +1,5 @@
-// A scene file through the loader. Whatever loads must hang together and be made of numbers;
-// whatever does not must say where and what is wrong.
+// A scene file through the loader. A loaded scene must be consistent and finite;
+// a refusal must name place and cause.
 
 #include <algorithm>
 #include <cmath>

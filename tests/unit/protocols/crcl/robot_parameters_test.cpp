@@ -115,8 +115,7 @@ TEST_F(Services, TheLightCurtainIsASensorWithItsBeamsWhereThereIsOne) {
   EXPECT_EQ(client.status().sensors, crcl::SensorStatuses{});
 }
 
-/// Whatever clients enable and set under names of their own, a status stays one that others can
-/// read.
+/// A status stays readable for others, with any names that clients enable and set.
 TEST_F(Services, BoundTheirMemoryForClients) {
   int id = 100;
   const auto send = [&](const std::string& type, const std::string& body) {

@@ -116,7 +116,7 @@ class AnyCall : public TelemetryFixture {
   bool answered = false;
 };
 
-/// Whoever adds a method and forgets to ask who calls finds it here.
+/// A new method without a check of its caller is found here.
 TEST_F(AnyCall, IsRefusedWithoutItsRoleAndDoesNothing) {
   for (const auto others : {protocols::Role::kNone, protocols::Role::kView}) {
     auto rules = rules_with_tokens();

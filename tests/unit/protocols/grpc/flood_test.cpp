@@ -14,7 +14,7 @@ using Flooded = TelemetryFixture;
 
 std::string begin() { return http2::kPreface + http2::frame(http2::kSettings, 0, 0); }
 
-/// Whatever the server says until it ends the connection.
+/// The server's output until it ends the connection.
 std::string last_words(TcpSocket& socket) {
   std::string all;
   const auto deadline = TcpSocket::Clock::now() + 10s;

@@ -65,7 +65,7 @@ TEST_F(Serving, HealthServesAllNamesAndFollowsTheWorld) {
   EXPECT_TRUE(eventually([&] { return health(channel_, "") == "not serving"; }));
   cell_->publish([](auto& s) { s.world_fault.clear(); });
   EXPECT_TRUE(eventually([&] { return health(channel_, "") == "serving"; }));
-  // Whatever else keeps the simulation from running, with its reason.
+  // Every other reason that keeps the simulation from running is reported.
   cell_->complain("the pace is 0.11 instead of 1");
   EXPECT_TRUE(eventually([&] { return health(channel_, "") == "not serving"; }));
   grpc::ClientContext context;

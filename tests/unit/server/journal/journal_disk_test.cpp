@@ -279,7 +279,7 @@ TEST_F(JournalDiskTest, ADiskThatRunsFullLeavesWholeFramesAndItsGapIsTold) {
   const Read full = read(file);
   EXPECT_EQ(full.damage, "");
   EXPECT_EQ(full.steps, (std::vector<std::uint64_t>{0, 1}));
-  // Whoever reads it now sees what is missing so far.
+  // A reader now sees the records missing so far.
   EXPECT_EQ(full.gaps, 1U);
   EXPECT_EQ(full.missing, 1U);
   disk.write_waiting();

@@ -137,7 +137,7 @@ TEST_F(SimulationTest, ALoadedStateGoesOnWhereItWasSaved) {
   EXPECT_FALSE(simulation.submit({.body = api::SimulationCommand(api::SaveState{""})}));
 }
 
-/// Whoever sent a command that failed can tell it from one that was carried out.
+/// The sender of a failed command can distinguish it from an executed one.
 TEST_F(SimulationTest, ACommandThatFailsIsOnTheListOfFailures) {
   const auto error_of = [](const api::Snapshot& snapshot) -> std::string {
     if (!snapshot.failures || snapshot.failures->back().ticket != snapshot.applied) return "";

@@ -52,7 +52,7 @@ TEST_P(SteadyState, StepsDoNotAllocate) {
   EXPECT_EQ(moved, 60 * 600);
 }
 
-/// Whatever is sent whenever: the reference stays within the joint ranges, speeds and
+/// For any commands at any time the reference stays within the joint ranges, speeds and
 /// accelerations, and comes to rest.
 TEST_P(SteadyState, AnyCommandsAtAnyTimeKeepTheJointsWithinTheirLimits) {
   std::mt19937 engine(23);

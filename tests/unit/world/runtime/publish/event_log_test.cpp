@@ -69,7 +69,7 @@ TEST(EventLog, TakesNoMoreMemoryHoweverManyEventsCome) {
   EXPECT_EQ(batch.latest - batch.oldest + 1, api::kKeptEvents);
 }
 
-/// Whatever sizes follow one another, what is kept is what came last, as it came.
+/// The log keeps the latest events unchanged, in any sequence of sizes.
 TEST(EventLog, KeepsTheLatestOfEventsOfAnySize) {
   EventLog log(300);
   std::mt19937 random(1);

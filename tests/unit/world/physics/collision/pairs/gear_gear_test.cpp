@@ -58,8 +58,8 @@ TEST(GearGear, AtDifferentHeightsTheyTouchWhereBothAre) {
   EXPECT_NEAR(high, 0.006, 1e-12);
 }
 
-// Whoever slides along the normal's plane neither sinks in nor gets out: also down the side of what
-// leans.
+// A body that slides along the normal's plane neither sinks in nor gets out, also on the side of a
+// leaning one.
 TEST(GearGear, LeaningSideBySideTheNormalIsTheSlopeOfTheDepth) {
   constexpr double kBy = 1e-7, kSlope = 0.03, kNear = 1e-4;
   std::mt19937_64 random(52);

@@ -46,7 +46,7 @@ Isometry3d shifted(const Isometry3d& X, const Vector3d& by) { return Eigen::Tran
 
 class HullGapOf : public testing::TestWithParam<Hulls> {};
 
-// Whatever the attitudes: what is said to be apart does not touch, nor when it has come nearer by
+// Hulls reported apart do not touch in any attitude, nor when they have come nearer by
 // almost as much; and along the axis of the gap bodies come apart at the full rate.
 TEST_P(HullGapOf, IsNeverMoreThanTheDistance) {
   constexpr double kReach = 0.13, kAlmost = 0.999;
