@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import time
 import unittest
 
 from aprsim import Cell, Daemon
@@ -26,3 +27,11 @@ class WithCell(unittest.TestCase):
         self.addCleanup(self.cell.close)
         self.cell.pause()
         self.cell.reset()
+
+
+def await_that(condition, words):
+    """Wait until the condition holds; fails with the words after the time limit."""
+    deadline = time.monotonic() + 60 * PATIENCE
+    while not condition():
+        assert time.monotonic() < deadline, words
+        time.sleep(0.01)

@@ -1,13 +1,9 @@
-"""The blocking and the asyncio cell, its robots, and what is refused."""
+"""The blocking cell: connections, commands, streams, and refusals."""
 
 import asyncio
-import contextlib
-import io
-import json
 import math
 import os
 import pathlib
-import re
 import signal
 import socket
 import subprocess
@@ -15,6 +11,7 @@ import tempfile
 import threading
 import time
 import unittest
+import grpc
 from unittest import mock
 
 import grpc
@@ -26,33 +23,16 @@ from aprsim import (
     Daemon,
     Happens,
     Refused,
-    RobotError,
-    ScenarioError,
     TimedOut,
     Unreachable,
     aio,
     crcl,
     faults,
-    run_scenario,
-    scenarios,
 )
 from aprsim.binaries import find_binary
 from aprsim.channel import channel_options
-from aprsim.crcl.v1 import (
-    commands_pb2,
-    robot_service_pb2,
-    robot_service_pb2_grpc,
-    status_pb2,
-)
 from aprsim.hosts import is_this_machine
-from running_cell import PATIENCE, ROOT, WithCell
-
-
-def await_that(condition, words):
-    deadline = time.monotonic() + 60 * PATIENCE
-    while not condition():
-        assert time.monotonic() < deadline, words
-        time.sleep(0.01)
+from running_cell import PATIENCE, WithCell, await_that
 
 
 class CellTest(WithCell):
@@ -519,187 +499,6 @@ class ConnectTest(unittest.TestCase):
         self.assertNotIn(("grpc.enable_http_proxy", 0), channel_options("192.0.2.1"))
 
 
-class RobotTest(WithCell):
-    def test_connecting_commands_nothing(self):
-        mover = self.cell.robot("fanuc")
-        target = mover.tool() + 0
-        target[2, 3] -= 0.1
-        mover.move_to(target, wait=False)
-        self.assertTrue(self.cell.step(100).robot("fanuc").moving)
-        before = self.commands()
-        with Cell.connect(self.daemon.ports_file) as other:
-            viewer = other.robot("fanuc")
-            np.testing.assert_allclose(
-                viewer.tool(), self.cell.snapshot().robot("fanuc").tool_in_world, atol=1e-9
-            )
-            np.testing.assert_allclose(
-                viewer.tool("robot"), self.cell.snapshot().robot("fanuc").tool_in_reference, atol=1e-9
-            )
-            self.assertEqual(viewer.status().state, "CRCL_Working")
-        self.assertEqual(self.commands(), before)
-        mover.wait()
-        np.testing.assert_allclose(mover.tool(), target, atol=1e-5)
-
-    def test_the_first_command_takes_the_robot(self):
-        mover = self.cell.robot("fanuc")
-        mover.move_by([0, 0, -0.1], wait=False)
-        self.cell.step(100)
-        with Cell.connect(self.daemon.ports_file) as other:
-            taker = other.robot("fanuc")
-            taker.stop()
-            self.assertFalse(self.cell.step(1).robot("fanuc").moving)
-            before = self.commands()
-            taker.move_by([0, 0, 0.02])
-            self.assertEqual(self.commands()[len(before):][0], "initialize")
-            first = self.commands()
-            taker.move_by([0, 0, 0.01])
-            taker.take()
-            self.assertNotIn("initialize", self.commands()[len(first):])
-        self.cell.reset()
-        before = self.commands()
-        mover.take()
-        self.assertIn("initialize", self.commands()[len(before):], "after a reset it takes it again")
-
-    def commands(self):
-        """The commands that robots have begun so far."""
-        kinds = ["command_begun"]
-        return [event.text for event in self.cell.events(0, kinds=kinds, past_only=True, allow_gap=True)]
-
-    def test_moves_where_it_is_told(self):
-        fanuc = self.cell.robot("fanuc")
-        self.assertIs(self.cell.robot("fanuc"), fanuc)
-        before = fanuc.tool()
-        np.testing.assert_allclose(
-            before, self.cell.snapshot().robot("fanuc").tool_in_world, atol=1e-9
-        )
-        fanuc.move_by([0.02, 0, -0.05])
-        after = fanuc.tool()
-        np.testing.assert_allclose(after[:3, 3] - before[:3, 3], [0.02, 0, -0.05], atol=1e-5)
-        np.testing.assert_allclose(after[:3, :3], before[:3, :3], atol=1e-6)
-        fanuc.move_to([0.3, -1.0, 1.2], yaw=0.3, straight=True)
-        seen = self.cell.snapshot().robot("fanuc")
-        np.testing.assert_allclose(seen.tool_in_world[:3, 3], [0.3, -1.0, 1.2], atol=1e-5)
-        np.testing.assert_allclose(seen.tool_in_world[:3, 2], [0, 0, -1], atol=1e-6)
-        fanuc.move_to(before)
-        np.testing.assert_allclose(fanuc.tool(), before, atol=1e-5)
-        fanuc.move_to(seen.tool_in_reference, frame="robot")
-        np.testing.assert_allclose(fanuc.tool("robot"), seen.tool_in_reference, atol=1e-5)
-
-    def test_robots_by_messages_over_grpc(self):
-        self.cell.resume()
-        port = json.loads(pathlib.Path(self.daemon.ports_file).read_text())["grpc"]
-        with grpc.insecure_channel(f"127.0.0.1:{port}") as channel:
-            robots = robot_service_pb2_grpc.RobotServiceStub(channel)
-            options = robot_service_pb2.SessionOptions(robot="motoman")
-
-            def execute(command):
-                request = robot_service_pb2.ExecuteRequest(
-                    options=options, command=commands_pb2.CommandInstance(command=command)
-                )
-                answer = robots.Execute(request, timeout=60 * PATIENCE)
-                self.assertFalse(answer.replaced)
-                return answer.status.command_status
-
-            init = execute(commands_pb2.Command(command_id=1, init_canon={}))
-            self.assertEqual(init.command_state, status_pb2.COMMAND_STATE_DONE)
-            dwell = commands_pb2.Command(command_id=2, dwell={"dwell_time_s": 0.1})
-            self.assertEqual(execute(dwell).command_id, 2)
-            refused = execute(commands_pb2.Command(command_id=3, dwell={"dwell_time_s": -1}))
-            self.assertEqual(refused.command_state, status_pb2.COMMAND_STATE_ERROR)
-            self.assertTrue(refused.state_description)
-
-    def test_joints_and_gripper(self):
-        fanuc = self.cell.robot("fanuc")
-        target = [0.1, 0.05, -0.1, 0.2, -1.4, 0.3]
-        fanuc.move_joints(target, speed_rad_s=1.5)
-        np.testing.assert_allclose(
-            self.cell.snapshot().robot("fanuc").joints_rad, target, atol=1e-5
-        )
-        fanuc.close_gripper()
-        fanuc.dwell(0.5)
-        closed = self.cell.snapshot().robot("fanuc").separation_m
-        fanuc.open_gripper()
-        fanuc.dwell(0.5)
-        self.assertGreater(self.cell.snapshot().robot("fanuc").separation_m, closed + 0.005)
-        with self.assertRaisesRegex(AprsimError, "6 finite numbers"):
-            fanuc.move_joints([1, 2])
-
-    def test_the_same_commands_give_the_same_bits(self):
-        def work():
-            self.cell.reset()
-            robot = self.cell.robot("motoman")
-            robot.move_by([0, 0.05, -0.05])
-            robot.close_gripper()
-            robot.move_by([0, -0.05, 0.05])
-            snapshot = self.cell.snapshot()
-            return snapshot.step, snapshot.state_hash
-
-        self.assertEqual(work(), work())
-
-    def test_does_other_things_while_it_moves(self):
-        fanuc = self.cell.robot("fanuc")
-        fanuc.move_to(fanuc.tool()[:3, 3] + [0, 0, -0.1], wait=False)
-        self.assertFalse(fanuc.is_done())
-        self.assertTrue(self.cell.step(100).robot("fanuc").moving)
-        fanuc.wait()
-        self.assertTrue(fanuc.is_done())
-        fanuc.move_to(fanuc.tool()[:3, 3] + [0, 0, 0.1], wait=False)
-        self.cell.step(100)
-        fanuc.stop()
-        self.assertFalse(self.cell.step(1).robot("fanuc").moving)
-
-    def test_tells_what_the_robot_refuses(self):
-        fanuc = self.cell.robot("fanuc")
-        with self.assertRaisesRegex(RobotError, "fanuc: MoveTo: .*out of reach"):
-            fanuc.move_to([3, 0, 1])
-        with self.assertRaisesRegex(RobotError, "In error until InitCanon"):
-            fanuc.move_by([0, 0, 0.01])
-        fanuc.initialise()
-        fanuc.move_by([0, 0, 0.01])
-        fanuc.end()
-        fanuc.move_by([0, 0, -0.01])  # the robot stays initialised, as on NIST's servers
-        with self.assertRaisesRegex(AprsimError, "no robot 'kuka'; there is fanuc, motoman"):
-            self.cell.robot("kuka")
-
-    def test_its_documents_keep_to_the_schema(self):
-        commands = [
-            crcl.initialise(), crcl.end(), crcl.stop("Fast"), crcl.move_to(np.eye(4), straight=True),
-            crcl.move_joints({1: 10.0, 2: -1e-7}, 30), crcl.set_gripper(0.5), crcl.dwell(1.5),
-            crcl.set_speed(0.25), crcl.set_turn_speed(1), *crcl.Session.opening(),
-        ]
-        with tempfile.TemporaryDirectory() as folder:
-            for number, command in enumerate(commands, 1):
-                path = pathlib.Path(folder) / f"{command.kind}.xml"
-                path.write_bytes(crcl.encode(command, number))
-                done = subprocess.run(
-                    [find_binary("aprsim"), "crcl", "validate", str(path)],
-                    capture_output=True, text=True, timeout=60 * PATIENCE,
-                )
-                self.assertEqual(done.returncode, 0, f"{path.read_text()}: {done.stderr}")
-
-    def test_the_five_lines_of_the_readme(self):
-        text = (ROOT / "README.md").read_text(encoding="utf-8")
-        block = re.search(r"^```python\n(from aprsim import Cell\n.*?)^```\n", text, re.M | re.S)
-        self.assertIsNotNone(block)
-        code = block[1]
-        self.assertLessEqual(len([line for line in code.splitlines() if line]), 5)
-        printed = io.StringIO()
-        ports = {"APRSIM_PORTS_FILE": str(self.daemon.ports_file)}
-        with mock.patch.dict(os.environ, ports), contextlib.redirect_stdout(printed):
-            names = {}
-            exec(compile(code, "README.md", "exec"), names)
-            names["cell"].close()
-        height = float(printed.getvalue().split()[-1].strip("[]"))
-        after = self.cell.snapshot().robot("fanuc").tool_in_world[2, 3]
-        self.assertAlmostEqual(height, after, places=3)
-        self.cell.reset()
-        self.assertAlmostEqual(
-            self.cell.snapshot().robot("fanuc").tool_in_world[2, 3] - after, 0.05, places=4
-        )
-        for document in ("clients/python/README.md", "docs/python.md"):
-            self.assertIn(block[0], (ROOT / document).read_text(encoding="utf-8"), document)
-
-
 class AccessTest(unittest.TestCase):
     def test_commands_need_the_token(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -719,187 +518,6 @@ class AccessTest(unittest.TestCase):
     def test_a_daemon_that_does_not_start_says_why(self):
         with self.assertRaisesRegex(AprsimError, "no_such_scene"):
             Daemon(scene="no_such_scene", start_s=60 * PATIENCE)
-
-
-class AsyncTest(WithCell):
-    def run_async(self, work):
-        async def connected():
-            async with await aio.Cell.connect(self.daemon.ports_file) as cell:
-                return await work(cell)
-
-        return asyncio.run(asyncio.wait_for(connected(), 60 * PATIENCE))
-
-    def test_steps_states_and_refusals(self):
-        async def work(cell):
-            self.assertTrue(cell.paused)
-            after = await cell.step(100)
-            self.assertEqual(after.step, 100)
-            await cell.save("async")
-            first = (await cell.step(50)).state_hash
-            await cell.load("async")
-            self.assertEqual((await cell.step(50)).state_hash, first)
-            await cell.forget("async")
-            with self.assertRaises(Refused):
-                await cell.load("async")
-            fault = await cell.inject_fault("belt-jam", duration_s=0.01)
-            self.assertEqual((await cell.step(50)).injected_faults[-1].id, fault.id)
-            self.assertTrue((await cell.set_conveyor(True)).run)
-            self.assertGreater(len(await cell.incident()), 1000)
-
-        self.run_async(work)
-
-    def test_a_robot_of_a_paused_cell(self):
-        async def work(cell):
-            fanuc = await cell.robot("fanuc")
-            before = await fanuc.tool()
-            await fanuc.move_by([0, 0, -0.05])
-            return (await fanuc.tool())[2, 3] - before[2, 3]
-
-        self.assertAlmostEqual(self.run_async(work), -0.05, places=5)
-
-    def test_both_robots_at_once_while_a_stream_looks_on(self):
-        async def work(cell):
-            robots = [await cell.robot(name) for name in ("fanuc", "motoman")]
-            before = [await robot.tool() for robot in robots]
-            for robot, tool in zip(robots, before):
-                tool = tool.copy()
-                tool[2, 3] -= 0.1
-                await robot.start(robot.move_command(tool, straight=True))
-            together = (await cell.step(50)).robots.values()
-            self.assertEqual([robot.moving for robot in together], [True, True])
-
-            async def watch():
-                steps = []
-                async for snapshot in cell.stream(hz=100, fields=["step"]):
-                    steps.append(snapshot.step)
-                    if len(set(steps)) == 3:
-                        return steps
-
-            await cell.resume()
-            _, _, steps = await asyncio.gather(*(robot.wait() for robot in robots), watch())
-            self.assertEqual(steps, sorted(steps))
-            await cell.pause()
-            return [(await robot.tool())[2, 3] - old[2, 3] for robot, old in zip(robots, before)]
-
-        np.testing.assert_allclose(self.run_async(work), -0.1, atol=1e-4)
-
-    def test_nobody_there(self):
-        with self.assertRaises(Unreachable):
-            asyncio.run(aio.Cell.connect(grpc_port=1))
-
-    def test_close_ends_what_waits(self):
-        async def read(stream):
-            async for _ in stream:
-                pass
-
-        async def work(cell):
-            robot = await cell.robot("fanuc")
-
-            async def poll():
-                while True:
-                    await robot.status()
-
-            await cell.resume()
-            readers = [
-                asyncio.create_task(waiting)
-                for waiting in (
-                    read(cell.stream()),
-                    read(cell.stream(hz=None, fields=["step"])),
-                    read(cell.events()),
-                    cell.run_until(Happens(["lost"])),
-                    poll(),
-                )
-            ]
-            await cell.snapshot()
-            await asyncio.sleep(0)
-            await cell.close()
-            done, waiting = await asyncio.wait(readers, timeout=30 * PATIENCE)
-            self.assertFalse(waiting)
-            self.assertEqual([type(reader.exception()) for reader in readers], [Unreachable] * 5)
-            with self.assertRaisesRegex(Unreachable, "is closed"):
-                await cell.snapshot()
-            with self.assertRaisesRegex(Unreachable, "is closed"):
-                await anext(aiter(cell.events()))
-
-        self.run_async(work)
-
-    def test_a_cancelled_reader_is_a_cancelled_task(self):
-        async def work(cell):
-            async def read():
-                async for _ in cell.events():
-                    pass
-
-            reader = asyncio.create_task(read())
-            await cell.snapshot()
-            reader.cancel()
-            await asyncio.wait([reader], timeout=30 * PATIENCE)
-            self.assertTrue(reader.cancelled())
-            self.assertEqual((await cell.step(1)).step, 1, "the cell is still open")
-
-        self.run_async(work)
-
-    def test_a_cancelled_run_leaves_the_cell_paused_and_says_so(self):
-        async def work(cell):
-            await cell.resume()
-            run = asyncio.create_task(cell.run_until(Happens(["lost"])))
-            await cell.snapshot()
-            self.assertFalse(cell.paused)
-            run.cancel()
-            with self.assertRaises(asyncio.CancelledError):
-                await run
-            self.assertTrue(cell.paused)
-            before = await cell.snapshot()
-            self.assertTrue(before.paused)
-            await (await cell.robot("fanuc")).dwell(0.1)
-            await cell.resume()
-            with self.assertRaises(TimedOut):
-                await cell.run_until(Happens(["lost"]), timeout_s=0.2)
-            self.assertTrue(cell.paused)
-            await cell.step(1)
-
-        self.run_async(work)
-
-    def test_connecting_commands_nothing(self):
-        async def work(cell):
-            step = (await cell.snapshot()).step
-            robot = await cell.robot("motoman")
-            tool = await robot.tool()
-            await robot.take()
-            self.assertGreater((await cell.snapshot()).step, step)
-            np.testing.assert_allclose(tool, await robot.tool(), atol=1e-5)
-
-        self.run_async(work)
-
-
-class ScenarioTest(unittest.TestCase):
-    SCENARIO = """description: an order that nobody fills
-scene: aprs
-orders:
-  - {name: kit, tray: sku_kit_m2l1_vessel, slots: {lg_1: sku_part_large_gear}}
-stop: {time_limit_s: 1}
-expect: {kits_right: 1, drops: 0}
-scoring: {baseline_s: 20, baseline_score: 5}
-"""
-
-    def test_runs_and_tells_what_came_of_it(self):
-        with tempfile.TemporaryDirectory() as folder:
-            file = pathlib.Path(folder) / "idle.yaml"
-            file.write_text(self.SCENARIO, encoding="utf-8")
-            report = run_scenario(
-                file, seed=3, virtual=False, speed="max", controller="sleep 60",
-                timeout_s=100 * PATIENCE,
-            )
-            self.assertEqual((report.scenario, report.seed), ("idle", 3))
-            self.assertFalse(report.as_expected)
-            self.assertEqual({v.measure: v.kept for v in report.verdicts}, {"kits_right": False, "drops": True})
-            self.assertEqual(report.measures["kits_right"], 0)
-            with self.assertRaisesRegex(ScenarioError, "exit code 2"):
-                run_scenario(pathlib.Path(folder) / "none.yaml")
-            with self.assertRaisesRegex(ScenarioError, "virtual"):
-                run_scenario(file, speed=2)
-
-    def test_lists_those_that_ship(self):
-        self.assertIn("clean_2017", scenarios())
 
 
 if __name__ == "__main__":
