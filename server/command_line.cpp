@@ -13,7 +13,7 @@
 
 #include "server/access/token.hpp"
 #include "server/config/version.hpp"
-#include "server/operations/usage_error.hpp"
+#include "world/base/usage/usage_error.hpp"
 #include "world/cell/kept_asserts.hpp"
 #include "world/scene/data_paths.hpp"
 
@@ -252,7 +252,7 @@ std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_co
     if (error.get_exit_code() == 0) {
       app.exit(error);
     } else {
-      std::cerr << "aprsimd: " << usage_error(app, error);
+      std::cerr << "aprsimd: " << usage::usage_error(app, error);
       exit_code = 2;
     }
     return std::nullopt;

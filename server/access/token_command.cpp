@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 
 #include "server/access/access_file.hpp"
-#include "server/operations/usage_error.hpp"
+#include "world/base/usage/usage_error.hpp"
 
 namespace aprsim::server {
 namespace {
@@ -176,7 +176,7 @@ int token_command(const std::vector<std::string>& arguments, std::ostream& out, 
     return EXIT_FAILURE;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error, out, err);
-    err << "aprsimd token: " << usage_error(app, error);
+    err << "aprsimd token: " << usage::usage_error(app, error);
     return 2;
   }
 }

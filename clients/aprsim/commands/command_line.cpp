@@ -7,7 +7,7 @@
 
 #include "clients/aprsim/cli/command_tree.hpp"
 #include "clients/aprsim/cli/exit_code.hpp"
-#include "clients/aprsim/cli/usage_error.hpp"
+#include "world/base/usage/usage_error.hpp"
 #include "clients/aprsim/commands/option_parsing.hpp"
 
 namespace aprsim::client {
@@ -152,7 +152,7 @@ tl::expected<CommandLine, NoCommand> parse_command_line(std::vector<std::string>
     std::ostringstream out, err;
     const int code = app.exit(error, out, err);
     if (code == 0) return tl::unexpected(NoCommand{0, out.str()});
-    return tl::unexpected(NoCommand{kUsageError, usage_error(app, error)});
+    return tl::unexpected(NoCommand{kUsageError, usage::usage_error(app, error)});
   }
   if (line.json && prints_document(line.command)) {
     return tl::unexpected(

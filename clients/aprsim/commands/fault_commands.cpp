@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "clients/aprsim/cli/console.hpp"
-#include "clients/aprsim/cli/suggestion.hpp"
+#include "world/base/usage/suggestion.hpp"
 #include "clients/aprsim/commands/option_parsing.hpp"
 #include "clients/aprsim/text/fault_request.hpp"
 #include "clients/aprsim/text/status_text.hpp"
@@ -159,7 +159,7 @@ void add_fault_inject(CLI::App& fault, CommandLine& line) {
             if (faults::find(text) != nullptr) return std::string();
             std::vector<std::string> kinds;
             for (const auto& kind : faults::all_kinds()) kinds.emplace_back(kind.name);
-            return "'" + text + "' is no kind of fault" + suggestion(text, kinds) +
+            return "'" + text + "' is no kind of fault" + usage::suggestion(text, kinds) +
                    " ('aprsim fault kinds' lists them)";
           },
           ""))

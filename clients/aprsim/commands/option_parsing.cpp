@@ -6,7 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "clients/aprsim/cli/suggestion.hpp"
+#include "world/base/usage/suggestion.hpp"
 
 namespace aprsim::client {
 
@@ -75,7 +75,7 @@ void choose(CLI::Option* option, const std::vector<std::string>& words) {
       [words, all](std::string& text) {
         return std::ranges::find(words, text) != words.end()
                    ? std::string()
-                   : "'" + text + "' is not one of " + all + suggestion(text, words);
+                   : "'" + text + "' is not one of " + all + usage::suggestion(text, words);
       },
       ""));
 }

@@ -1,9 +1,9 @@
-#include "clients/aprsim/cli/suggestion.hpp"
+#include "world/base/usage/suggestion.hpp"
 
 #include <algorithm>
 #include <vector>
 
-namespace aprsim::client {
+namespace aprsim::usage {
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   const std::size_t width = b.size() + 1;
@@ -47,4 +47,4 @@ std::string suggestion(std::string_view word, std::span<const std::string> candi
   return near ? "; did you mean '" + *near + "'?" : "";
 }
 
-}  // namespace aprsim::client
+}  // namespace aprsim::usage

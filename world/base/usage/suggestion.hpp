@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace aprsim::client {
+namespace aprsim::usage {
 
 /// The nearest candidate of a mistyped or shortened word; absent when none is near.
 [[nodiscard]] std::optional<std::string> nearest(std::string_view word,
@@ -19,4 +19,4 @@ namespace aprsim::client {
 /// alignment).
 [[nodiscard]] std::size_t edit_distance(std::string_view a, std::string_view b);
 
-}  // namespace aprsim::client
+}  // namespace aprsim::usage

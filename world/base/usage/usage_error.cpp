@@ -1,4 +1,4 @@
-#include "clients/aprsim/cli/usage_error.hpp"
+#include "world/base/usage/usage_error.hpp"
 
 #include <algorithm>
 #include <vector>
@@ -6,9 +6,9 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include "clients/aprsim/cli/suggestion.hpp"
+#include "world/base/usage/suggestion.hpp"
 
-namespace aprsim::client {
+namespace aprsim::usage {
 namespace {
 
 /// The parsers from the program down to the last recognised command.
@@ -27,25 +27,31 @@ std::vector<std::string> command_names(const CLI::App& app) {
   return names;
 }
 
-void add_option_names(const CLI::App& app, std::vector<std::string>& names) {
-  for (const auto* option : app.get_options()) {
-    for (const auto& name : option->get_lnames()) names.push_back("--" + name);
+std::vector<std::string> option_names(const std::vector<const CLI::App*>& path) {
+  std::vector<std::string> names;
+  for (const auto* app : path) {
+    for (const auto* option : app->get_options()) {
+      for (const auto& name : option->get_lnames()) names.push_back("--" + name);
+    }
   }
+  return names;
 }
 
 /// The first unexpected argument.
 std::string unexpected_text(const std::string& argument, const std::vector<const CLI::App*>& path) {
-  if (argument.starts_with("--")) {
-    const std::string name = argument.substr(0, argument.find('='));
-    std::vector<std::string> names;
-    for (const auto* app : path) add_option_names(*app, names);
-    return fmt::format("unknown option '{}'{}", name, suggestion(name, names));
+  const std::string name = argument.substr(0, argument.find('='));
+  const auto options = option_names(path);
+  if (argument.starts_with('-')) {
+    return fmt::format("unknown option '{}'{}", name, suggestion(name, options));
   }
-  const auto commands = command_names(*path.back());
-  if (commands.empty() || argument.starts_with('-')) {
-    return fmt::format("unexpected argument '{}'", argument);
+  if (const auto commands = command_names(*path.back()); !commands.empty()) {
+    return fmt::format("unknown command '{}'{}", argument, suggestion(argument, commands));
   }
-  return fmt::format("unknown command '{}'{}", argument, suggestion(argument, commands));
+  // The dashes may be missing; other arguments are no options.
+  const auto option = nearest("--" + name, options);
+  const bool meant = option && edit_distance("--" + name, *option) <= 1;
+  return fmt::format("unexpected argument '{}'{}", argument,
+                     meant ? "; did you mean '" + *option + "'?" : "");
 }
 
 std::string path_text(const std::vector<const CLI::App*>& path) {
@@ -68,7 +74,7 @@ std::string usage_error(const CLI::App& app, const CLI::ParseError& error) {
   } else if (const auto commands = command_names(*path.back()); missing && !commands.empty()) {
     text = fmt::format("a command is missing: {}", fmt::join(commands, ", "));
   }
-  return fmt::format("{}\nRun '{} --help' for more information.\n", text, path_text(path));
+  return fmt::format("{}\nRun '{} --help' for all options.\n", text, path_text(path));
 }
 
-}  // namespace aprsim::client
+}  // namespace aprsim::usage

@@ -1,10 +1,10 @@
-#include "clients/aprsim/cli/suggestion.hpp"
+#include "world/base/usage/suggestion.hpp"
 
 #include <vector>
 
 #include <gtest/gtest.h>
 
-namespace aprsim::client {
+namespace aprsim::usage {
 namespace {
 
 TEST(EditDistance, CountsInsertionsDeletionsReplacementsAndSwaps) {
@@ -33,4 +33,4 @@ TEST(Nearest, IsTheLikelyWord) {
 }
 
 }  // namespace
-}  // namespace aprsim::client
+}  // namespace aprsim::usage

@@ -1,4 +1,4 @@
-#include "server/operations/usage_error.hpp"
+#include "world/base/usage/usage_error.hpp"
 
 #include <string>
 #include <vector>
@@ -6,7 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <gtest/gtest.h>
 
-namespace aprsim::server {
+namespace aprsim::usage {
 namespace {
 
 std::string error_of(CLI::App& app, const std::string& arguments) {
@@ -47,4 +47,4 @@ TEST(UsageError, SuggestsTheNearestCommand) {
 }
 
 }  // namespace
-}  // namespace aprsim::server
+}  // namespace aprsim::usage
