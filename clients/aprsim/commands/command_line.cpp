@@ -7,8 +7,8 @@
 
 #include "clients/aprsim/cli/command_tree.hpp"
 #include "clients/aprsim/cli/exit_code.hpp"
-#include "world/base/usage/usage_error.hpp"
 #include "clients/aprsim/commands/option_parsing.hpp"
+#include "world/base/usage/usage_error.hpp"
 
 namespace aprsim::client {
 namespace {

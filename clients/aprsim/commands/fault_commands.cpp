@@ -7,13 +7,13 @@
 #include <nlohmann/json.hpp>
 
 #include "clients/aprsim/cli/console.hpp"
-#include "world/base/usage/suggestion.hpp"
 #include "clients/aprsim/commands/option_parsing.hpp"
 #include "clients/aprsim/text/fault_request.hpp"
 #include "clients/aprsim/text/status_text.hpp"
 #include "clients/wires/cell_connection.hpp"
 #include "world/api/faults/fault_kinds.hpp"
 #include "world/api/faults/fault_kinds_text.hpp"
+#include "world/base/usage/suggestion.hpp"
 
 namespace aprsim::client {
 namespace {
