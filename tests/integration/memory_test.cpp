@@ -35,16 +35,17 @@ TEST(MemoryOfADaemon, StaysFlatOnceItsPastIsFull) {
   DaemonProcess daemon({"--scene", "empty_belt", "--speed", "stepped", "--no-web", "--set",
                         "history.minutes=1", "--set", "journal.memory_minutes=1"});
   CellClient cell(daemon.port("grpc"));
-  // One minute fills history and journal, the bookmarks and the allocator's pools.
-  constexpr int kWarmUp_s = 75, kMeasured_s = 120;
+  // One minute fills history and journal. The event log and the allocator's pools follow in
+  // the second one.
+  constexpr int kWarmUp_s = 150, kMeasured_s = 240;
   std::vector<double> memory_mb;
   for (int second = 0; second < kWarmUp_s + kMeasured_s; ++second) {
     live_a_second(cell, second);
     if (second >= kWarmUp_s) memory_mb.push_back(resident_mb(daemon.pid()));
   }
-  // The log of events alone grew by 1.5 MB meanwhile, until it had all it keeps.
+  // An event log without a bound grows by 3 MB meanwhile, pools of a busy machine by 0.2 MB.
   const double growth_mb = median_slope(memory_mb) * kMeasured_s;
-  EXPECT_LT(growth_mb, 0.4) << memory_mb.front() << " MB became " << memory_mb.back();
+  EXPECT_LT(growth_mb, 1.0) << memory_mb.front() << " MB became " << memory_mb.back();
   RecordProperty("growth_mb", std::to_string(growth_mb));
 }
 
