@@ -3,25 +3,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "world/physics/bodies/free_rotation.hpp"
+
 namespace aprsim::physics {
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// Change of angular velocity of a free body in a step: one Newton iteration of the implicit Euler
-/// step of I omega' + omega x I omega = 0, as in Catto, "Numerical Methods" (GDC 2015).
-Vector3d gyroscopic(const Matrix3d& inertia_W, const Vector3d& omega, double step_s) {
-  const Vector3d momentum = inertia_W * omega;
-  const auto cross = [](const Vector3d& v) {
-    Matrix3d m;
-    m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-    return m;
-  };
-  // Residual f(omega') = I (omega' - omega) + h omega' x I omega'; its Jacobian at omega is I + h
-  // ([omega] I - [I omega]). Explicit Euler would gain energy for fast spins of slender parts.
-  const Matrix3d slope = inertia_W + step_s * (cross(omega) * inertia_W - cross(momentum));
-  return -step_s * (slope.inverse() * omega.cross(momentum));
+/// Inertia about the centre of mass in world axes.
+Matrix3d inertia_in_world(const RigidBody& body) {
+  return body.R_WB() * body.inertia_B() * body.R_WB().transpose();
 }
 
 }  // namespace
@@ -31,6 +23,7 @@ void ConstraintSystem::begin(double step_s, const Eigen::Vector3d& gravity_W, do
   gravity_W_ = gravity_W;
   parameters_.relaxed_tolerance_m_s = residual_m_s;
   moves_.clear();
+  momentum_W_.clear();
   forces_.clear();
   contacts_.clear();
   problem_.clear();
@@ -38,13 +31,17 @@ void ConstraintSystem::begin(double step_s, const Eigen::Vector3d& gravity_W, do
 
 void ConstraintSystem::add_body(RigidBody& body) {
   // The solver works in world axes: inertia rotates with the body and is constant over the step.
-  const Matrix3d& R = body.R_WB();
-  const Matrix3d inertia_W = R * body.inertia_B() * R.transpose();
+  const Matrix3d inertia_W = inertia_in_world(body);
   const Twist now = {body.v_W(), body.omega_W()};
   Twist free = now;
   // Velocity V_free at the end of the step without constraint impulses. Bodies of a gripper are not
   // ballistic: the arm bears their weight and inertia.
-  if (body.is_ballistic()) free.omega += gyroscopic(inertia_W, free.omega, step_s_);
+  if (body.is_ballistic()) {
+    free.omega = mean_free_omega(body.inertia_B(), body.q_WB(), now.omega, step_s_);
+  }
+  // The solver finds the mean angular velocity over the step. The momentum of a free rotation is
+  // the start's, not that of the mean velocity at the attitude of the start.
+  momentum_W_.emplace_back(inertia_W * (now.omega - free.omega));
   free.v += step_s_ / body.mass_kg() * body.force_W();
   if (!body.torque_W().isZero(0)) free.omega += step_s_ * (inertia_W.inverse() * body.torque_W());
   if (body.is_ballistic()) free.v += step_s_ * gravity_W_;
@@ -130,16 +127,20 @@ ContactSolver::Outcome ConstraintSystem::advance() {
   return outcome;
 }
 
-/// Positions from the new velocities.
-void ConstraintSystem::move(RigidBody& body, const Twist& twist) const {
+/// The pose from the mean velocities over the step, then the velocities at its end. The angular one
+/// follows from the momentum, which free rotation keeps exactly.
+void ConstraintSystem::move(RigidBody& body, const Twist& twist, const Vector3d& momentum_W) const {
+  const Vector3d end_momentum_W = inertia_in_world(body) * twist.omega + momentum_W;
   body.set_position(body.p_W() + step_s_ * twist.v);
-  body.set_velocity(twist.v, twist.omega);
   // Rotation by the exponential map of omega over the step.
   const double half = 0.5 * step_s_, angle = half * twist.omega.norm();
   const double sinc = angle < 1e-4 ? 1 - angle * angle / 6 : std::sin(angle) / angle;
   const Vector3d turn = half * sinc * twist.omega;
   body.set_orientation(Eigen::Quaterniond(std::cos(angle), turn.x(), turn.y(), turn.z()) *
                        body.q_WB());
+  body.set_velocity(twist.v, body.is_ballistic()
+                                 ? Vector3d(inertia_in_world(body).inverse() * end_momentum_W)
+                                 : twist.omega);
 }
 
 }  // namespace aprsim::physics

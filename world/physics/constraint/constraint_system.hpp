@@ -72,15 +72,16 @@ class ConstraintSystem {
  private:
   [[nodiscard]] int index_of(RigidBody* body);
   [[nodiscard]] ContactProblem::Side side(const RowSide& side);
-  void move(RigidBody& body, const Twist& twist) const;
+  void move(RigidBody& body, const Twist& twist, const Eigen::Vector3d& momentum_W) const;
 
   double step_s_ = 0;
   ContactSolverParameters parameters_;
   ContactProblem problem_;
   ContactSolver solver_;
   Eigen::Vector3d gravity_W_ = Eigen::Vector3d::Zero();
-  std::vector<RigidBody*> members_;  // by number, until the system is solved
-  std::vector<char> moves_;          // by number
+  std::vector<RigidBody*> members_;          // by number, until the system is solved
+  std::vector<char> moves_;                  // by number
+  std::vector<Eigen::Vector3d> momentum_W_;  // by number: beside that of the solved velocity
   std::vector<RowForce*> forces_;
   std::vector<ContactConstraint*> contacts_;
 };
