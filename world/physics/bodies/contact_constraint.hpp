@@ -22,14 +22,16 @@ struct ContactConstraint {
   ForceGuess<Eigen::Vector3d> f_guess_W{Eigen::Vector3d::Zero()};
   ForceGuess<Eigen::Vector3d> torque_guess_W{Eigen::Vector3d::Zero()};
   double impact_m2_s2 = 0;  ///< energy per mass of an impact that is not answered yet
+  /// Displacement of a relative to b along the surfaces since they stuck [m]. Friction undoes it.
+  Eigen::Vector3d creep_W = Eigen::Vector3d::Zero();
 
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
     auto& [contact, fixed, friction, restitution, rolling_m, spinning_m, belt, f_W, normal_n,
-           torque_W, f_guess_W, torque_guess_W, impact_m2_s2] = self;
+           torque_W, f_guess_W, torque_guess_W, impact_m2_s2, creep_W] = self;
     io(contact, fixed, friction, restitution, rolling_m, spinning_m, belt, f_W, normal_n, torque_W,
-       f_guess_W, torque_guess_W, impact_m2_s2);
+       f_guess_W, torque_guess_W, impact_m2_s2, creep_W);
   }
   template <typename In>
   void require_valid(In& in) const {

@@ -11,6 +11,26 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+constexpr double kCreepCorrection = 0.2;  // share that a step undoes
+constexpr double kSticking_m_s = 1e-5;    // slower contacts stick
+
+Vector3d tangential(const Vector3d& v, const Vector3d& n) { return v - v.dot(n) * n; }
+
+/// How much farther a body's point at `lever` from its centre of mass gets in a step than its
+/// velocity at the start takes it, by the step: (exp(h [omega]) - 1) r / h - omega x r. A rigid
+/// motion bends the path of every point; levers are those of the step's start.
+Vector3d arc_velocity(const Vector3d& omega, const Vector3d& lever, double step_s) {
+  const double angle = step_s * omega.norm();
+  // Rodrigues' formula; its factors as series, which hold to rounding below 0.1 rad.
+  const double a2 = angle * angle;
+  const double sine =
+      angle < 0.1 ? -a2 / 6 * (1 - a2 / 20 * (1 - a2 / 42)) : std::sin(angle) / angle - 1;
+  const double cosine = angle < 0.1 ? 0.5 * (1 - a2 / 12 * (1 - a2 / 30 * (1 - a2 / 56)))
+                                    : (1 - std::cos(angle)) / a2;
+  const Vector3d across = omega.cross(lever);
+  return sine * across + step_s * cosine * omega.cross(across);
+}
+
 /// Inertia about the centre of mass in world axes.
 Matrix3d inertia_in_world(const RigidBody& body) {
   return body.R_WB() * body.inertia_B() * body.R_WB().transpose();
@@ -57,6 +77,7 @@ int ConstraintSystem::index_of(RigidBody* body) {
   if (body->system_index() < 0) {
     body->set_system_index(problem_.add_kinematic(body->p_W(), {body->v_W(), body->omega_W()}));
     members_.push_back(body);
+    momentum_W_.emplace_back(Vector3d::Zero());
     moves_.push_back(0);
   }
   return body->system_index();
@@ -86,6 +107,17 @@ ConstraintSystem::Sides ConstraintSystem::sides(RigidBody* a, RigidBody* b) {
 
 void ConstraintSystem::add_contact(ContactConstraint& constraint, const Sides& sides,
                                    const ContactResponse& response) {
+  const Eigen::Vector3d &p = constraint.contact.p_W, &n = constraint.contact.n_W;
+  // Levers turn with the bodies, so that the surfaces move apart although their velocities at the
+  // start agree. The target makes up for that, and for what has come of it in earlier steps.
+  const auto arc = [&](int member) -> Vector3d {
+    if (member == ContactProblem::kFixed) return Vector3d::Zero();
+    const RigidBody& body = *members_[static_cast<std::size_t>(member)];
+    return arc_velocity(body.omega_W(), p - body.p_W(), step_s_);
+  };
+  constraint.creep_W = tangential(constraint.creep_W, n);
+  const Vector3d bias =
+      -tangential(arc(sides.a) - arc(sides.b), n) - kCreepCorrection / step_s_ * constraint.creep_W;
   problem_.add_contact(
       {.a = sides.a,
        .b = sides.b,
@@ -94,20 +126,21 @@ void ConstraintSystem::add_contact(ContactConstraint& constraint, const Sides& s
        .friction = constraint.friction,
        .spinning_m = constraint.spinning_m,
        .rolling_m = constraint.rolling_m,
-       .target_v = response.target_v_W,
+       .target_v = response.target_v_W + bias,
        .compliance_m_s_ns = response.compliance_m_s_n / step_s_,
        .impulse_ns = {step_s_ * constraint.f_guess_W.last, step_s_ * constraint.f_guess_W.change},
        .torsional_impulse_nms = {step_s_ * constraint.torque_guess_W.last,
                                  step_s_ * constraint.torque_guess_W.change}});
-  contacts_.push_back(&constraint);
+  contacts_.push_back({&constraint, sides, tangential(response.target_v_W, n), bias});
 }
 
 ContactSolver::Outcome ConstraintSystem::advance() {
   // Semi-implicit Euler (Stewart & Trinkle 1996): impulses and velocities at the end of the step
   // first, then the poses follow from these velocities.
   const auto outcome = solver_.solve(problem_, parameters_);
+  for (const Contact& contact : contacts_) update_creep(contact);
   for (std::size_t i = 0; i < members_.size(); ++i) {
-    if (moves_[i] != 0) move(*members_[i], problem_.twist(static_cast<int>(i)));
+    if (moves_[i] != 0) move(*members_[i], problem_.twist(static_cast<int>(i)), momentum_W_[i]);
     members_[i]->set_system_index(-1);
   }
   members_.clear();
@@ -116,7 +149,7 @@ ContactSolver::Outcome ConstraintSystem::advance() {
     forces_[i]->guess_n.record(force_n, false);
   }
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    ContactConstraint& constraint = *contacts_[i];
+    ContactConstraint& constraint = *contacts_[i].constraint;
     constraint.f_W = problem_.contact_impulse_ns(static_cast<int>(i)) / step_s_;
     constraint.torque_W = problem_.torsional_impulse_nms(static_cast<int>(i)) / step_s_;
     constraint.f_guess_W.record(constraint.f_W, outcome.warm_start_fits);
@@ -125,6 +158,29 @@ ContactSolver::Outcome ConstraintSystem::advance() {
     constraint.normal_n = std::max(0.0, constraint.f_W.dot(constraint.contact.n_W));
   }
   return outcome;
+}
+
+/// Where the surfaces stick, adds the displacement along them in this step. The bodies have not
+/// moved yet.
+void ConstraintSystem::update_creep(const Contact& contact) const {
+  ContactConstraint& constraint = *contact.constraint;
+  const Eigen::Vector3d &p = constraint.contact.p_W, &n = constraint.contact.n_W;
+  Vector3d velocity = Vector3d::Zero(), arc = Vector3d::Zero();
+  const auto add = [&](int member, double sign) {
+    if (member == ContactProblem::kFixed) return;
+    const Twist& twist = problem_.twist(member);
+    const Vector3d lever = p - members_[static_cast<std::size_t>(member)]->p_W();
+    velocity += sign * (twist.v + twist.omega.cross(lever));
+    arc += sign * arc_velocity(twist.omega, lever, step_s_);
+  };
+  add(contact.sides.a, 1);
+  add(contact.sides.b, -1);
+  const Vector3d slip = tangential(velocity, n) - contact.surface_v_W;
+  if ((slip - contact.bias_W).norm() > kSticking_m_s) {
+    constraint.creep_W.setZero();
+    return;
+  }
+  constraint.creep_W += step_s_ * (slip + tangential(arc, n));
 }
 
 /// The pose from the mean velocities over the step, then the velocities at its end. The angular one

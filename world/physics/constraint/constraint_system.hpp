@@ -72,6 +72,12 @@ class ConstraintSystem {
  private:
   [[nodiscard]] int index_of(RigidBody* body);
   [[nodiscard]] ContactProblem::Side side(const RowSide& side);
+  struct Contact {
+    ContactConstraint* constraint = nullptr;
+    Sides sides;
+    Eigen::Vector3d surface_v_W, bias_W;  ///< targets across the normal: a belt's, and the rest
+  };
+  void update_creep(const Contact& contact) const;
   void move(RigidBody& body, const Twist& twist, const Eigen::Vector3d& momentum_W) const;
 
   double step_s_ = 0;
@@ -83,7 +89,7 @@ class ConstraintSystem {
   std::vector<char> moves_;                  // by number
   std::vector<Eigen::Vector3d> momentum_W_;  // by number: beside that of the solved velocity
   std::vector<RowForce*> forces_;
-  std::vector<ContactConstraint*> contacts_;
+  std::vector<Contact> contacts_;
 };
 
 }  // namespace aprsim::physics

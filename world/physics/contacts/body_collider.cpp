@@ -235,11 +235,7 @@ void BodyCollider::gripper_on_free(int robot, int p, int body, std::vector<Conta
   const PartOnBody pair{hand, free, p, model_.ids.palm(robot) + p, body};
   const bool cup = hand.cup() && p > 0;
   if (free.is_tool()) {
-    const GripperPart& box = hand.parts().part(p);
-    for (const scene::Block& block : free.tool->blocks()) {
-      box_box(box.size, box.X_WS, block.size, free.X_WS(block), pair.part_id, body,
-              SurfacePair::kRobotAny, out);
-    }
+    part_on_tool(pair, out);
   } else if (free.is_tray()) {
     cup ? cup_on_tray(pair, out) : part_on_tray(pair, out);
   } else if (cup) {
@@ -258,13 +254,38 @@ Displacement BodyCollider::part_displacement(const PartOnBody& pair, double leas
   return motion.max_m() < least_m ? Displacement{} : motion;
 }
 
+/// Displacement of a finger. The direction of closing is known even for a finger at rest, whose
+/// piston may start in this step: it is then predicted along that direction, so that a contact that
+/// rounding opens stays.
+Displacement BodyCollider::finger_displacement(const PartOnBody& pair) const {
+  Displacement motion = part_displacement(pair, kPadLookahead);
+  if (!pair.hand.idle() && motion.max_m() == 0) {
+    motion.translation_W = kPadLookahead * pair.hand.parts().closing_W(pair.part - 1);
+  }
+  return motion;
+}
+
 void BodyCollider::part_on_tray(const PartOnBody& pair, std::vector<Contact>& out) const {
   const GripperPart& box = pair.hand.parts().part(pair.part);
-  find_speculative_contacts(part_displacement(pair, kMinDisplacement), kNoGap, out,
-                            [&](const Eigen::Isometry3d& D) {
-                              box_box(box.size, D * box.X_WS, pair.free.slab_size, pair.free.X_WS(),
-                                      pair.part_id, pair.body, SurfacePair::kRobotAny, out);
-                            });
+  const Displacement motion =
+      pair.part > 0 ? finger_displacement(pair) : part_displacement(pair, kMinDisplacement);
+  find_speculative_contacts(motion, kNoGap, out, [&](const Eigen::Isometry3d& D) {
+    box_box(box.size, D * box.X_WS, pair.free.slab_size, pair.free.X_WS(), pair.part_id, pair.body,
+            SurfacePair::kRobotAny, out);
+  });
+}
+
+void BodyCollider::part_on_tool(const PartOnBody& pair, std::vector<Contact>& out) const {
+  const GripperPart& box = pair.hand.parts().part(pair.part);
+  const bool finger = pair.part > 0 && !pair.hand.cup();
+  const Displacement motion =
+      finger ? finger_displacement(pair) : part_displacement(pair, kMinDisplacement);
+  for (const scene::Block& block : pair.free.tool->blocks()) {
+    find_speculative_contacts(motion, kNoGap, out, [&](const Eigen::Isometry3d& D) {
+      box_box(box.size, D * box.X_WS, block.size, pair.free.X_WS(block), pair.part_id, pair.body,
+              SurfacePair::kRobotAny, out);
+    });
+  }
 }
 
 void BodyCollider::cup_on_tray(const PartOnBody& pair, std::vector<Contact>& out) const {
@@ -290,18 +311,12 @@ void BodyCollider::cup_on_gear(const PartOnBody& pair, std::vector<Contact>& out
 void BodyCollider::pad_on_gear(const PartOnBody& pair, std::vector<Contact>& out) const {
   const GripperParts& parts = pair.hand.parts();
   const int finger = pair.part - 1;
-  // The direction of closing is known even for a finger at rest, whose piston may start in this
-  // step.
-  // A closing finger is predicted along its own direction.
-  Displacement motion = part_displacement(pair, kPadLookahead);
-  if (!pair.hand.idle() && motion.max_m() == 0)
-    motion.translation_W = kPadLookahead * parts.closing_W(finger);
   const auto pad = [&](const Eigen::Isometry3d& D) {
     pad_gear(parts.pad(), D * parts.X_WD(finger), pair.free.gear_shape, pair.free.X_WB,
              pair.part_id, pair.body, out);
   };
   const std::size_t first = out.size();
-  find_speculative_contacts(motion, kNoGap, out, pad);
+  find_speculative_contacts(finger_displacement(pair), kNoGap, out, pad);
   const Displacement standing =
       stopped_finger_displacement(pair.hand, pair.part, velocity_of(pair.free));
   if (standing.max_m() == 0) return;

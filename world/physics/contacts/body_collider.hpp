@@ -61,7 +61,9 @@ class BodyCollider {
     int body;
   };
   [[nodiscard]] Displacement part_displacement(const PartOnBody& pair, double least_m) const;
+  [[nodiscard]] Displacement finger_displacement(const PartOnBody& pair) const;
   void part_on_tray(const PartOnBody& pair, std::vector<Contact>& out) const;
+  void part_on_tool(const PartOnBody& pair, std::vector<Contact>& out) const;
   void cup_on_tray(const PartOnBody& pair, std::vector<Contact>& out) const;
   static void cup_on_gear(const PartOnBody& pair, std::vector<Contact>& out);
   void pad_on_gear(const PartOnBody& pair, std::vector<Contact>& out) const;

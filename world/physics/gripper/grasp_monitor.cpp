@@ -39,20 +39,19 @@ bool GraspMonitor::observe(const Observation& now, GripperState& state) {
   return idle_steps_ >= kIdleSteps;
 }
 
-/// Holding: both pads press on one body, at rest and short of the closed stop. Lost: they do not
-/// press.
+/// Holding: both pads press on the same body or on bodies that press each other, at rest and short
+/// of the closed stop. Lost: they do not press.
 void GraspMonitor::update_hold(const Observation& now, bool still, GripperState& state) {
   const PadForces& pads = now.pads;
   const double least = kHoldShare * now.force_n;
-  const bool pressing = pads.body[0] >= 0 && pads.body[0] == pads.body[1] &&
-                        pads.closing_n[0] > least && pads.closing_n[1] > least;
+  const bool pressing = pads.joined && pads.closing_n[0] > least && pads.closing_n[1] > least;
   const bool short_of_stop = now.motion[0].travel_m < now.closed_travel_m - kShortOfStop ||
                              now.motion[1].travel_m < now.closed_travel_m - kShortOfStop;
   hold_steps_ = pressing && still && short_of_stop ? hold_steps_ + 1 : 0;
   lost_steps_ = pressing ? 0 : lost_steps_ + 1;
   if (hold_steps_ >= kHoldSteps) {
     state.holding = true;
-    state.held_body = pads.body[0];
+    state.held_body = pads.hardest();
   } else if (lost_steps_ >= kLostSteps) {
     state.holding = false;
     state.held_body = -1;

@@ -9,9 +9,14 @@ namespace aprsim::physics {
 
 /// Contact forces on the pads in one step.
 struct PadForces {
-  std::array<double, 2>
-      closing_n{};                  ///< reaction of bodies on each pad along its closing direction
+  /// Reaction of bodies on each pad along its closing direction.
+  std::array<double, 2> closing_n{};
   std::array<int, 2> body{-1, -1};  ///< that each pad presses hardest, by body index
+  std::array<double, 2> body_n{};   ///< force on it
+  bool joined = false;              ///< the two bodies are one, or touch through other free bodies
+
+  /// The body that is pressed harder.
+  [[nodiscard]] int hardest() const { return body_n[0] < body_n[1] ? body[1] : body[0]; }
 };
 
 /// Detects from measurable quantities whether a gripper is settled, holds a gear or a tray, or may

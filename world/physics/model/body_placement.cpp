@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "world/physics/bodies/divergence.hpp"
+
 namespace aprsim::physics {
 namespace {
 
@@ -18,6 +20,12 @@ bool overlaps(const Aabb& box, double lift_m, const Aabb& other) {
          box.max.z() + lift_m > other.min.z() + kOverlap;
 }
 
+bool diverged(const FreeBody& body) {
+  return has_diverged(
+      {body.X_WB.translation(), Eigen::Quaterniond(body.X_WB.linear()), body.v_com_W, body.omega_W},
+      body.radius_m);
+}
+
 void place_at_rest(FreeBody& body, const Eigen::Isometry3d& X_WB) {
   body.place(X_WB, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
 }
@@ -25,7 +33,7 @@ void place_at_rest(FreeBody& body, const Eigen::Isometry3d& X_WB) {
 }  // namespace
 
 BodyPlacement::BodyPlacement(PhysicsModel& model) : model_(model) {
-  fallen_.reserve(model.bodies.size());
+  losing_.reserve(model.bodies.size());
 }
 
 void BodyPlacement::wake(int body) {
@@ -84,16 +92,22 @@ void BodyPlacement::remove(int body, std::uint64_t step) {
   place_at_rest(free, X_WB);
 }
 
-void BodyPlacement::lose_fallen(std::uint64_t step) {
-  fallen_.clear();
+void BodyPlacement::lose_bodies(std::uint64_t step) {
+  losing_.clear();
   for (const int i : model_.simplification.awake()) {
-    if (model_.body(i).bounds.max.z() < model_.lost_below_m) fallen_.push_back(i);
+    const FreeBody& body = model_.body(i);
+    const bool fallen = body.bounds.max.z() < model_.lost_below_m;
+    if (fallen || diverged(body)) losing_.push_back(i);
   }
-  for (const int i : fallen_) {
+  for (const int i : losing_) {
     FreeBody& body = model_.body(i);
+    // A pose that is not a number would spread to everything near it.
+    Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+    X_WB.translation().z() = model_.lost_below_m - 1;
+    if (!diverged(body)) X_WB = body.X_WB;
     body.lost_step = step;
     model_.simplification.remove_lost(i);
-    place_at_rest(body, body.X_WB);
+    place_at_rest(body, X_WB);
   }
 }
 

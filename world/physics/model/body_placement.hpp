@@ -26,8 +26,9 @@ class BodyPlacement {
   void place(std::span<const BodyPose> poses);
   /// Removes a body from the cell: it is lost in this step.
   void remove(int body, std::uint64_t step);
-  /// Marks bodies that have fallen below everything as lost in this step.
-  void lose_fallen(std::uint64_t step);
+  /// Marks bodies that have fallen below everything, or whose motion has diverged, as lost in this
+  /// step.
+  void lose_bodies(std::uint64_t step);
 
  private:
   void wake(int body);
@@ -36,7 +37,7 @@ class BodyPlacement {
   [[nodiscard]] double clearance_m(std::span<const BodyPose> placed) const;
 
   PhysicsModel& model_;
-  std::vector<int> fallen_;
+  std::vector<int> losing_;
 };
 
 }  // namespace aprsim::physics

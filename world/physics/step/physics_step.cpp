@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 #include <utility>
 
+#include "world/physics/bodies/divergence.hpp"
+#include "world/physics/bodies/physics_failure.hpp"
 #include "world/physics/contacts/suction_search.hpp"
-#include "world/physics/step/divergence_check.hpp"
 
 namespace aprsim::physics {
 namespace {
@@ -40,6 +42,7 @@ PhysicsStep::PhysicsStep(PhysicsModel& model, BodyPlacement& placement)
       penalty_(model),
       report_(model) {
   unmerged_.reserve(model.bodies.size());
+  reached_.reserve(model.bodies.size());
   substep_contacts_.reserve(kConstraintCapacity);
   for (const ArmLinks& arm : model.arms) {
     auto& links = next_links_.emplace_back();
@@ -60,9 +63,23 @@ void PhysicsStep::run() {
   substeps > 1 ? run_substeps(substeps) : run_substep(1);
   report_.end_step(penalty_);
   ++results_.count;
-  // Falling bodies are removed before their speed exceeds the divergence limit.
-  placement_.lose_fallen(results_.count);
-  check_state(model_, results_.count);
+  // One body's failure is that body's loss: the others go on.
+  placement_.lose_bodies(results_.count);
+  check_grippers();
+}
+
+/// A gripper cannot be lost. A state that is caught here has not reached contact search yet; the
+/// caller keeps the last good one.
+void PhysicsStep::check_grippers() const {
+  for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
+    // Idle grippers are moved by kinematics alone.
+    if (model_.grippers[r].idle()) continue;
+    for (const RigidBody& body : model_.grippers[r].bodies()) {
+      if (!has_diverged(body.motion(), 0)) continue;
+      throw PhysicsFailure("step " + std::to_string(results_.count) + ": the motion of robot " +
+                           model_.scene.robots[r].name + "'s gripper has diverged");
+    }
+  }
 }
 
 void PhysicsStep::run_substeps(int substeps) {
@@ -247,7 +264,6 @@ void PhysicsStep::keep_substep_contacts(double share) {
 void PhysicsStep::observe_gripper(int robot) {
   GripperMechanism& gripper = model_.grippers[static_cast<std::size_t>(robot)];
   PadForces pads;
-  std::array<double, 2> hardest{};
   bool touched = false;
   for (const auto& constraint : model_.constraints) {
     const auto& contact = constraint.contact;
@@ -265,12 +281,36 @@ void PhysicsStep::observe_gripper(int robot) {
     const auto f = static_cast<std::size_t>(finger);
     const double force = -constraint.f_W.dot(closing_W);
     pads.closing_n[f] += force;
-    if (force > hardest[f]) {
-      hardest[f] = force;
+    if (force > pads.body_n[f]) {
+      pads.body_n[f] = force;
       pads.body[f] = contact.b;
     }
   }
+  pads.joined = are_joined(pads.body[0], pads.body[1]);
   gripper.observe(pads, touched);
+}
+
+/// Whether two bodies are one, or a chain of free bodies that press each other leads from one to
+/// the other.
+bool PhysicsStep::are_joined(int first, int second) {
+  if (first < 0 || second < 0 || first == second) return first >= 0 && first == second;
+  reached_.assign(model_.bodies.size(), 0);
+  reached_[static_cast<std::size_t>(first)] = 1;
+  for (bool grows = true; grows;) {
+    grows = false;
+    for (const auto& constraint : model_.constraints) {
+      const auto& contact = constraint.contact;
+      if (constraint.normal_n <= 0 || !model_.ids.is_part(contact.a) ||
+          !model_.ids.is_part(contact.b)) {
+        continue;
+      }
+      char &a = reached_[static_cast<std::size_t>(contact.a)],
+           &b = reached_[static_cast<std::size_t>(contact.b)];
+      grows = grows || a != b;
+      a = b = static_cast<char>(a | b);
+    }
+  }
+  return reached_[static_cast<std::size_t>(second)] != 0;
 }
 
 // ---- keeping a state

@@ -84,6 +84,7 @@ class PhysicsStep {
  private:
   [[nodiscard]] int substep_count() const;
   [[nodiscard]] double max_displacement_m(int body) const;
+  void check_grippers() const;
   void run_substeps(int substeps);
   void run_substep(int left);
   void begin_substep(int left);
@@ -93,6 +94,7 @@ class PhysicsStep {
   void collect_results(int left);
   void keep_substep_contacts(double share);
   void observe_gripper(int robot);
+  [[nodiscard]] bool are_joined(int first, int second);
   [[nodiscard]] double share_of_step() const { return model_.step_s / model_.scene.physics.step_s; }
 
   PhysicsModel& model_;
@@ -108,6 +110,7 @@ class PhysicsStep {
   std::vector<std::vector<Eigen::Isometry3d>> next_links_;  // in a step with substeps
   std::vector<Eigen::Isometry3d> between_;                  // of an arm's links
   std::vector<ContactConstraint> substep_contacts_;         // of all substeps
+  std::vector<char> reached_;                               // by body, of are_joined()
   std::vector<int> unmerged_;
 };
 

@@ -38,6 +38,7 @@ class NormalRotation {
 void warm_start_from(const StepSolver::LastContact& last, ContactConstraint& constraint) {
   const bool has_torsion = constraint.rolling_m > 0 || constraint.spinning_m > 0;
   constraint.f_guess_W = last.f_guess_W;
+  constraint.creep_W = last.creep_W;
   if (has_torsion) constraint.torque_guess_W = last.torque_guess_W;
   if (last.n_W == constraint.contact.n_W) return;
   // The last force is in world axes. It is rotated with the normal: otherwise a rolling or turning
@@ -48,6 +49,7 @@ void warm_start_from(const StepSolver::LastContact& last, ContactConstraint& con
     guess.change = rotated(guess.change);
   };
   rotate(constraint.f_guess_W);
+  constraint.creep_W = rotated(last.creep_W);
   if (has_torsion) rotate(constraint.torque_guess_W);
 }
 
@@ -420,6 +422,7 @@ int StepSolver::save_contacts_of_pair(int first) {
     kept.f_guess_W = constraint.f_guess_W;
     kept.torque_guess_W = constraint.torque_guess_W;
     kept.impact_m2_s2 = constraint.impact_m2_s2;
+    kept.creep_W = constraint.creep_W;
   }
   return r;
 }

@@ -57,10 +57,11 @@ class StepSolver {
     ForceGuess<Eigen::Vector3d> f_guess_W{Eigen::Vector3d::Zero()};
     ForceGuess<Eigen::Vector3d> torque_guess_W{Eigen::Vector3d::Zero()};
     double impact_m2_s2 = 0;
+    Eigen::Vector3d creep_W = Eigen::Vector3d::Zero();
     template <typename Self, typename Io>
     static void fields(Self& self, Io& io) {
-      auto& [bodies, p_W, n_W, f_guess_W, torque_guess_W, impact_m2_s2] = self;
-      io(bodies, p_W, n_W, f_guess_W, torque_guess_W, impact_m2_s2);
+      auto& [bodies, p_W, n_W, f_guess_W, torque_guess_W, impact_m2_s2, creep_W] = self;
+      io(bodies, p_W, n_W, f_guess_W, torque_guess_W, impact_m2_s2, creep_W);
     }
   };
   /// State of the last step that the next one needs. Grippers and virtual joints keep their own.

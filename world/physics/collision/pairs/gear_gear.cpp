@@ -121,27 +121,74 @@ double most_under_end(const GearShape& gear, const Piece& piece) {
   return 0.5 * (std::min(piece.z_out_high, gear.z_high) - std::max(piece.z_out_low, gear.z_low));
 }
 
-/// The rim of a piece of A on an exposed end face of a piece of B (outward +-z): four points, none
-/// deeper than `most`.
-void rim_on_end(const detail::RimS& rim, double z_end, double r_end, double outward, double most,
+/// An end face of a piece of B: its height and radius, and the direction of its normal along z.
+struct EndFace {
+  double z = 0, r = 0, outward = 1;
+
+  [[nodiscard]] double depth(const Vector3d& p) const { return outward * (z - p.z()); }
+};
+
+/// How far a rim's disc must move across B's axis, outwards along `d`, until nothing of it is under
+/// the end face: the separating distance of two convex shapes in that direction. The part of the
+/// disc under the face is a segment of it, {c + s low + w side: s >= t}.
+double exit_across(const detail::RimS& rim, const EndFace& end, const Vector3d& d) {
+  const double depth = end.depth(rim.c), leg = rim.r * rim.sine;
+  const double t = leg <= std::abs(depth) ? -rim.r : -depth / rim.sine;
+  const Vector3d in_disc = d - d.dot(rim.u) * rim.u;
+  const double along = in_disc.norm();
+  double inner = -rim.r * along;  // of the whole disc, along d from its centre
+  if (t > -rim.r && along > 0) {
+    const Vector3d low = (end.outward * rim.u.z() * rim.u - Vector3d(0, 0, end.outward)) / rim.sine;
+    const double g_low = in_disc.dot(low);
+    const double g_side = std::sqrt(std::max(0.0, along * along - g_low * g_low));
+    // The innermost point of the segment is on its chord, unless that of the disc is in the
+    // segment.
+    if (-rim.r * g_low / along < t) {
+      inner = t * g_low - std::sqrt(std::max(0.0, rim.r * rim.r - t * t)) * g_side;
+    }
+  }
+  return end.r - (rim.c.dot(d) + inner);
+}
+
+/// The rim of a piece of A on an exposed end face of a piece of B: four points of the rim, and
+/// where two nearly parallel rims cross, none deeper than `most`.
+void rim_on_end(const detail::RimS& rim, const EndFace& end, double most, bool crossings,
                 Candidates& out) {
-  const Vector3d face(0, 0, outward);
-  if (outward * (z_end - rim.c.z()) + rim.r * rim.sine <= 0) return;
+  constexpr double kNearlyParallel = 0.1;  // sine; crossings of more inclined rims are edges'
+  const Vector3d face(0, 0, end.outward);
+  if (end.depth(rim.c) + rim.r * rim.sine <= 0) return;
   const double off = length(rim.c.x(), rim.c.y());
-  if (std::max(off - rim.r, rim.r * std::abs(rim.u.z()) - off) > r_end + kRounding) return;
+  if (std::max(off - rim.r, rim.r * std::abs(rim.u.z()) - off) > end.r + kRounding) return;
+  const auto add = [&](const Vector3d& p) {
+    const double depth = end.depth(p), from_axis = length(p.x(), p.y());
+    const double exit = from_axis > kRounding
+                            ? exit_across(rim, end, Vector3d(p.x(), p.y(), 0) / from_axis)
+                            : end.r;
+    if (depth < exit && depth < most) out.add(p, -face, depth);
+  };
   Vector3d d1, d2;
   detail::anchor_directions(rim, face, rim.sine, d1, d2);
   for (const Vector3d& d : {d1, d2, Vector3d(-d1), Vector3d(-d2)}) {
     const Vector3d p = rim.c + rim.r * d;
-    const double depth = outward * (z_end - p.z());
-    const double sideways = r_end - length(p.x(), p.y());
-    if (depth < sideways && depth < most) out.add(p, -face, depth);
+    if (length(p.x(), p.y()) <= end.r + kRounding) add(p);
+  }
+  if (!crossings || rim.sine > kNearlyParallel || off == 0) return;
+  // Crossing of two circles whose centres are `off` apart, from B's axis.
+  const double to_chord = 0.5 * (off + (end.r - rim.r) * (end.r + rim.r) / off);
+  if (std::abs(to_chord) >= end.r) return;
+  const double half_chord = std::sqrt(end.r * end.r - to_chord * to_chord);
+  const Vector3d to_centre(rim.c.x() / off, rim.c.y() / off, 0);
+  for (const double side : {-half_chord, half_chord}) {
+    const Vector3d across(-side * to_centre.y(), side * to_centre.x(), 0);
+    Vector3d lever = to_chord * to_centre + across - Vector3d(rim.c.x(), rim.c.y(), 0);
+    lever -= lever.dot(rim.u) * rim.u;
+    add(rim.c + rim.r * lever.normalized());
   }
 }
 
 /// The rims of piece `index` of A on piece `on` of B. Candidates in B, normals into B.
 void rims_on_piece(const GearShape& a, int index, const GearShape& gear_b, int on,
-                   const Isometry3d& X_BA, Candidates& out) {
+                   const Isometry3d& X_BA, bool crossings, Candidates& out) {
   const Piece& b = gear_b.pieces[static_cast<std::size_t>(on)];
   const double most = most_under_end(gear_b, b);
   // Each rim is tested as a circle against the side, and as four points against the end faces.
@@ -154,8 +201,8 @@ void rims_on_piece(const GearShape& a, int index, const GearShape& gear_b, int o
     if (ring.piece != index) continue;
     const detail::RimS rim{X_BA.translation() + ring.z * u, ring.r, u, e1, e2, sine};
     detail::circle_on_piece(b, kIdentity, {rim.c, u, ring.r}, out);
-    if (b.low_exposed) rim_on_end(rim, b.z0, b.r0, -1, most, out);
-    if (b.high_exposed) rim_on_end(rim, b.z1, b.r1, 1, most, out);
+    if (b.low_exposed) rim_on_end(rim, {b.z0, b.r0, -1}, most, crossings, out);
+    if (b.high_exposed) rim_on_end(rim, {b.z1, b.r1, 1}, most, crossings, out);
   }
 }
 
@@ -170,9 +217,9 @@ void piece_on_piece(const Gears& g, int i, int j, const Isometry3d& X_AB, Candid
   const Piece& b = g.b.pieces[static_cast<std::size_t>(j)];
   if (side_by_side(a, b, g.X_BA, out)) return;
   crossing_sides(a, b, g.X_BA, out);
-  rims_on_piece(g.a, i, g.b, j, g.X_BA, out);
+  rims_on_piece(g.a, i, g.b, j, g.X_BA, true, out);
   Candidates on_a;
-  rims_on_piece(g.b, j, g.a, i, X_AB, on_a);
+  rims_on_piece(g.b, j, g.a, i, X_AB, false, on_a);  // the crossings are known
   add_flipped(on_a, g.X_BA, out);
 }
 
