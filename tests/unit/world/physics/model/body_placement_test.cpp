@@ -68,7 +68,7 @@ TEST_F(Placing, LosesWhatHasFallen) {
   Isometry3d X_WB = gear.X_WB;
   X_WB.translation().z() = model_.lost_below_m - 0.1;
   gear.place(X_WB, {0, 0, -5}, Vector3d::Zero());
-  placement_.lose_fallen(3);
+  placement_.lose_bodies(3);
   EXPECT_EQ(gear.lost_step, 3u);
   EXPECT_TRUE(gear.v_com_W.isZero(0));
   EXPECT_FALSE(model_.body(kOther).lost_step.has_value());
