@@ -11,8 +11,8 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kCreepCorrection = 0.2;  // share that a step undoes
-constexpr double kSticking_m_s = 1e-5;    // slower contacts stick
+constexpr double kCreepCorrection = 0.1;  // share that a step undoes
+constexpr double kConeRounding = 1e-6;    // relative distance of sliding friction from its cone
 
 Vector3d tangential(const Vector3d& v, const Vector3d& n) { return v - v.dot(n) * n; }
 
@@ -128,17 +128,19 @@ void ConstraintSystem::add_contact(ContactConstraint& constraint, const Sides& s
        .rolling_m = constraint.rolling_m,
        .target_v = response.target_v_W + bias,
        .compliance_m_s_ns = response.compliance_m_s_n / step_s_,
+       .friction_compliance_m_s_ns = response.friction_compliance_m_s_n / step_s_,
        .impulse_ns = {step_s_ * constraint.f_guess_W.last, step_s_ * constraint.f_guess_W.change},
        .torsional_impulse_nms = {step_s_ * constraint.torque_guess_W.last,
                                  step_s_ * constraint.torque_guess_W.change}});
-  contacts_.push_back({&constraint, sides, tangential(response.target_v_W, n), bias});
+  contacts_.push_back({&constraint, sides, tangential(response.target_v_W, n),
+                       response.friction_compliance_m_s_n / step_s_});
 }
 
 ContactSolver::Outcome ConstraintSystem::advance() {
   // Semi-implicit Euler (Stewart & Trinkle 1996): impulses and velocities at the end of the step
   // first, then the poses follow from these velocities.
   const auto outcome = solver_.solve(problem_, parameters_);
-  for (const Contact& contact : contacts_) update_creep(contact);
+  for (std::size_t i = 0; i < contacts_.size(); ++i) update_creep(static_cast<int>(i));
   for (std::size_t i = 0; i < members_.size(); ++i) {
     if (moves_[i] != 0) move(*members_[i], problem_.twist(static_cast<int>(i)), momentum_W_[i]);
     members_[i]->set_system_index(-1);
@@ -162,7 +164,8 @@ ContactSolver::Outcome ConstraintSystem::advance() {
 
 /// Where the surfaces stick, adds the displacement along them in this step. The bodies have not
 /// moved yet.
-void ConstraintSystem::update_creep(const Contact& contact) const {
+void ConstraintSystem::update_creep(int index) const {
+  const Contact& contact = contacts_[static_cast<std::size_t>(index)];
   ContactConstraint& constraint = *contact.constraint;
   const Eigen::Vector3d &p = constraint.contact.p_W, &n = constraint.contact.n_W;
   Vector3d velocity = Vector3d::Zero(), arc = Vector3d::Zero();
@@ -175,12 +178,16 @@ void ConstraintSystem::update_creep(const Contact& contact) const {
   };
   add(contact.sides.a, 1);
   add(contact.sides.b, -1);
+  const Vector3d& impulse_ns = problem_.contact_impulse_ns(index);
+  const double normal_ns = impulse_ns.dot(n);
+  const bool slides = normal_ns > 0 && tangential(impulse_ns, n).norm() >=
+                                           (1 - kConeRounding) * constraint.friction * normal_ns;
   const Vector3d slip = tangential(velocity, n) - contact.surface_v_W;
-  if ((slip - contact.bias_W).norm() > kSticking_m_s) {
-    constraint.creep_W.setZero();
-    return;
-  }
-  constraint.creep_W += step_s_ * (slip + tangential(arc, n));
+  // A sliding contact is stretched as far as its friction stretches it.
+  constraint.creep_W = slides
+                           ? Vector3d(-step_s_ / kCreepCorrection * contact.compliance_m_s_ns *
+                                      tangential(impulse_ns, n))
+                           : Vector3d(constraint.creep_W + step_s_ * (slip + tangential(arc, n)));
 }
 
 /// The pose from the mean velocities over the step, then the velocities at its end. The angular one

@@ -75,9 +75,10 @@ class ConstraintSystem {
   struct Contact {
     ContactConstraint* constraint = nullptr;
     Sides sides;
-    Eigen::Vector3d surface_v_W, bias_W;  ///< targets across the normal: a belt's, and the rest
+    Eigen::Vector3d surface_v_W;   ///< of a moving surface
+    double compliance_m_s_ns = 0;  ///< slip velocity per friction impulse
   };
-  void update_creep(const Contact& contact) const;
+  void update_creep(int index) const;
   void move(RigidBody& body, const Twist& twist, const Eigen::Vector3d& momentum_W) const;
 
   double step_s_ = 0;

@@ -21,7 +21,8 @@ struct ContactDescription {
   /// Target of the velocity of a relative to b. Along n it is a lower bound (a gap may close, or
   /// penetration is corrected), across n the velocity of a moving surface.
   Eigen::Vector3d target_v = Eigen::Vector3d::Zero();
-  double compliance_m_s_ns = 0;  ///< normal velocity per normal impulse
+  double compliance_m_s_ns = 0;           ///< normal velocity per normal impulse
+  double friction_compliance_m_s_ns = 0;  ///< slip velocity per friction impulse
   ImpulseGuess<Eigen::Vector3d> impulse_ns = {Eigen::Vector3d::Zero(),
                                               Eigen::Vector3d::Zero()};  ///< on a
   /// Friction torque on a, times the step.

@@ -72,6 +72,7 @@ ContactResponse contact_response(const ContactConstraint& constraint,
                                                                        : kHard;
   ContactResponse response;
   response.compliance_m_s_n = stiffness.compliance_m_s_n;
+  if (!setting.arm_link) response.friction_compliance_m_s_n = stiffness.compliance_m_s_n;
   // Within the slop a body sinks slowly; by its weight alone, against the soft normal, that would
   // take minutes.
   const double inside = contact.depth_m - penetration_slop_m(contact.pair);

@@ -6,7 +6,8 @@ namespace aprsim::physics {
 
 /// How the two surfaces of a contact act on each other in a step; friction is the constraint's own.
 struct ContactResponse {
-  double compliance_m_s_n = 0;  ///< normal velocity per normal force
+  double compliance_m_s_n = 0;           ///< normal velocity per normal force
+  double friction_compliance_m_s_n = 0;  ///< slip velocity per friction force
   /// Velocity of a relative to b that is aimed at: along the normal the least, by which a gap may
   /// close and penetration is corrected; across it that of a belt.
   Eigen::Vector3d target_v_W = Eigen::Vector3d::Zero();

@@ -144,6 +144,7 @@ inline void ContactPack::begin(int body_a, int body_b) {
   has_torsion = actuated = false;
   target_W = last_gamma_W = change_gamma_W = last_torsion_W = change_torsion_W = Vector3x4::zero();
   friction = compliance = torsion.spinning_m = torsion.rolling_m = broadcast(0);
+  friction_compliance = broadcast(0);
 }
 
 inline void ContactPack::add(const ContactDescription& contact) {
@@ -155,6 +156,7 @@ inline void ContactPack::add(const ContactDescription& contact) {
   torsion.spinning_m[lane] = contact.spinning_m;
   torsion.rolling_m[lane] = contact.rolling_m;
   compliance[lane] = contact.compliance_m_s_ns;
+  friction_compliance[lane] = contact.friction_compliance_m_s_ns;
   last_gamma_W.set(lane, contact.impulse_ns.last);
   change_gamma_W.set(lane, contact.impulse_ns.change);
   last_torsion_W.set(lane, contact.torsional_impulse_nms.last);
@@ -168,7 +170,7 @@ inline void ContactPack::complete(const SolverBody* body_a, const SolverBody* bo
   set_tangents();
   target = to_frame(target_W);
   set_delassus(body_a, body_b);
-  friction_compliance = parameters.friction_regularization * delassus.t;
+  friction_compliance += parameters.friction_regularization * delassus.t;
   set_impulse(last_gamma_W + change_gamma_W, last_torsion_W + change_torsion_W);
 }
 
@@ -281,9 +283,9 @@ inline void ContactPack::move_along(double step) {
 /// R = compliance + weight times the Delassus diagonal.
 inline void ContactPack::set_proximal_weight(double weight,
                                              const ContactSolverParameters& parameters) {
-  const double tangential = weight + parameters.friction_regularization;
-  regularization.set(friction, compliance + weight * delassus.n, tangential * delassus.t);
-  torsion.set_regularization(tangential);
+  regularization.set(friction, compliance + weight * delassus.n,
+                     friction_compliance + weight * delassus.t);
+  torsion.set_regularization(weight + parameters.friction_regularization);
 }
 
 inline void ContactPack::update_proximal_point() {
@@ -406,8 +408,10 @@ inline Vector3x4 ContactPack::relax(double share) {
   const Vec4d v_n = v_c.x + compliance * gamma.x + friction * slip_speed;
   const FrictionCone& W = delassus;
   const Vector3x4 before = gamma;
-  gamma = W.project({gamma.x - share * (W.inverse_n * v_n), gamma.y - share * (W.inverse_t * v_c.y),
-                     gamma.z - share * (W.inverse_t * v_c.z)});
+  const Vec4d v_y = v_c.y + friction_compliance * gamma.y;
+  const Vec4d v_z = v_c.z + friction_compliance * gamma.z;
+  gamma = W.project({gamma.x - share * (W.inverse_n * v_n), gamma.y - share * (W.inverse_t * v_y),
+                     gamma.z - share * (W.inverse_t * v_z)});
   return gamma - before;
 }
 

