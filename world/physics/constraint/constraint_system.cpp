@@ -12,7 +12,9 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kCreepCorrection = 0.1;  // share that a step undoes
-constexpr double kConeRounding = 1e-6;    // relative distance of sliding friction from its cone
+constexpr double kWorkMargin = 1e-9;      // of the work of an impact, that its contacts may not do
+constexpr double kShareResolution = 1e-10;  // of rebounds
+constexpr double kConeRounding = 1e-6;      // relative distance of sliding friction from its cone
 
 Vector3d tangential(const Vector3d& v, const Vector3d& n) { return v - v.dot(n) * n; }
 
@@ -46,6 +48,7 @@ void ConstraintSystem::begin(double step_s, const Eigen::Vector3d& gravity_W, do
   momentum_W_.clear();
   forces_.clear();
   contacts_.clear();
+  rebounds_ = false;
   problem_.clear();
 }
 
@@ -118,6 +121,7 @@ void ConstraintSystem::add_contact(ContactConstraint& constraint, const Sides& s
   constraint.creep_W = tangential(constraint.creep_W, n);
   const Vector3d bias =
       -tangential(arc(sides.a) - arc(sides.b), n) - kCreepCorrection / step_s_ * constraint.creep_W;
+  const Vector3d target_v_W = response.target_v_W + bias;
   problem_.add_contact(
       {.a = sides.a,
        .b = sides.b,
@@ -126,20 +130,25 @@ void ConstraintSystem::add_contact(ContactConstraint& constraint, const Sides& s
        .friction = constraint.friction,
        .spinning_m = constraint.spinning_m,
        .rolling_m = constraint.rolling_m,
-       .target_v = response.target_v_W + bias,
+       .target_v = target_v_W + response.rebound_m_s * n,
        .compliance_m_s_ns = response.compliance_m_s_n / step_s_,
        .friction_compliance_m_s_ns = response.friction_compliance_m_s_n / step_s_,
        .impulse_ns = {step_s_ * constraint.f_guess_W.last, step_s_ * constraint.f_guess_W.change},
        .torsional_impulse_nms = {step_s_ * constraint.torque_guess_W.last,
                                  step_s_ * constraint.torque_guess_W.change}});
-  contacts_.push_back({&constraint, sides, tangential(response.target_v_W, n),
-                       response.friction_compliance_m_s_n / step_s_});
+  contacts_.push_back({.constraint = &constraint,
+                       .sides = sides,
+                       .target_v_W = target_v_W,
+                       .surface_v_W = tangential(response.target_v_W, n),
+                       .compliance_m_s_ns = response.friction_compliance_m_s_n / step_s_,
+                       .rebound_m_s = response.rebound_m_s});
+  rebounds_ = rebounds_ || response.rebound_m_s > 0;
 }
 
 ContactSolver::Outcome ConstraintSystem::advance() {
   // Semi-implicit Euler (Stewart & Trinkle 1996): impulses and velocities at the end of the step
   // first, then the poses follow from these velocities.
-  const auto outcome = solver_.solve(problem_, parameters_);
+  const auto outcome = solve();
   for (std::size_t i = 0; i < contacts_.size(); ++i) update_creep(static_cast<int>(i));
   for (std::size_t i = 0; i < members_.size(); ++i) {
     if (moves_[i] != 0) move(*members_[i], problem_.twist(static_cast<int>(i)), momentum_W_[i]);
@@ -160,6 +169,79 @@ ContactSolver::Outcome ConstraintSystem::advance() {
     constraint.normal_n = std::max(0.0, constraint.f_W.dot(constraint.contact.n_W));
   }
   return outcome;
+}
+
+/// Newton's law of restitution with friction may make energy (Kane 1984), and so may rebounds of
+/// contacts that cannot all be reached at once. The rebounds are then reduced to where the contacts
+/// do no work.
+ContactSolver::Outcome ConstraintSystem::solve() {
+  auto outcome = solver_.solve(problem_, parameters_);
+  if (!rebounds_) return outcome;
+  constexpr int kMaxSearchSteps = 12;
+  const auto excess = [this] {
+    const Work work = contact_work();
+    return work.sum_j + kWorkMargin * work.size_j;
+  };
+  double high = 1, high_j = excess();
+  if (high_j <= 0) return outcome;
+  // Regula falsi with the Illinois rule, between no rebound and all of it.
+  outcome = solve_with_rebounds(0);
+  double low = 0, low_j = excess(), share = 0;
+  if (low_j >= 0) return outcome;
+  for (int i = 0; i < kMaxSearchSteps && high - low > kShareResolution; ++i) {
+    share = std::clamp((low * high_j - high * low_j) / (high_j - low_j), low, high);
+    outcome = solve_with_rebounds(share);
+    const double now_j = excess();
+    if (now_j <= 0) {
+      if (now_j >= -kWorkMargin * contact_work().size_j) return outcome;
+      low = share;
+      low_j = now_j;
+      high_j *= 0.5;
+    } else {
+      high = share;
+      high_j = now_j;
+      low_j *= 0.5;
+    }
+  }
+  return share == low ? outcome : solve_with_rebounds(low);
+}
+
+ContactSolver::Outcome ConstraintSystem::solve_with_rebounds(double share) {
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    const Contact& contact = contacts_[i];
+    const double rebound_m_s = share * contact.rebound_m_s;
+    problem_.set_target(static_cast<int>(i),
+                        contact.target_v_W + rebound_m_s * contact.constraint->contact.n_W);
+  }
+  return solver_.solve(problem_, parameters_);
+}
+
+/// Impulses times the mean of the relative velocities without and with them: the change of the
+/// kinetic energy, less what moving surfaces do.
+ConstraintSystem::Work ConstraintSystem::contact_work() const {
+  Work work;
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    const Contact& contact = contacts_[i];
+    const int index = static_cast<int>(i);
+    const Vector3d impulse_ns = problem_.contact_impulse_ns(index);
+    if (impulse_ns.isZero(0)) continue;
+    Vector3d before = -contact.surface_v_W, after = before, turn = Vector3d::Zero();
+    const auto add = [&](int member, double sign) {
+      if (member == ContactProblem::kFixed) return;
+      const SolverBody& body = problem_.at(member);
+      const Vector3d lever = contact.constraint->contact.p_W - body.com;
+      before += sign * (body.free_twist.v + body.free_twist.omega.cross(lever));
+      after += sign * (body.twist.v + body.twist.omega.cross(lever));
+      turn += sign * (body.free_twist.omega + body.twist.omega);
+    };
+    add(contact.sides.a, 1);
+    add(contact.sides.b, -1);
+    const double linear_j = 0.5 * impulse_ns.dot(before + after);
+    const double angular_j = 0.5 * problem_.torsional_impulse_nms(index).dot(turn);
+    work.sum_j += linear_j + angular_j;
+    work.size_j += 0.5 * impulse_ns.norm() * (before.norm() + after.norm());
+  }
+  return work;
 }
 
 /// Where the surfaces stick, adds the displacement along them in this step. The bodies have not

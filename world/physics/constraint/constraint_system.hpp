@@ -75,9 +75,19 @@ class ConstraintSystem {
   struct Contact {
     ContactConstraint* constraint = nullptr;
     Sides sides;
+    Eigen::Vector3d target_v_W;    ///< without the rebound
     Eigen::Vector3d surface_v_W;   ///< of a moving surface
     double compliance_m_s_ns = 0;  ///< slip velocity per friction impulse
+    double rebound_m_s = 0;
   };
+  /// Done by contacts on the bodies in a step.
+  struct Work {
+    double sum_j = 0;
+    double size_j = 0;  ///< of the parts that it is made of
+  };
+  [[nodiscard]] ContactSolver::Outcome solve();
+  [[nodiscard]] ContactSolver::Outcome solve_with_rebounds(double share);
+  [[nodiscard]] Work contact_work() const;
   void update_creep(int index) const;
   void move(RigidBody& body, const Twist& twist, const Eigen::Vector3d& momentum_W) const;
 
@@ -91,6 +101,7 @@ class ConstraintSystem {
   std::vector<Eigen::Vector3d> momentum_W_;  // by number: beside that of the solved velocity
   std::vector<RowForce*> forces_;
   std::vector<Contact> contacts_;
+  bool rebounds_ = false;  // of any contact
 };
 
 }  // namespace aprsim::physics

@@ -81,7 +81,9 @@ ContactResponse contact_response(const ContactConstraint& constraint,
                       : inside < 0       ? kSinkRate * inside
                                    : std::min(kMostCorrecting, stiffness.correction / h * inside);
   const double rebound = rebound_m_s(constraint, setting, response.unanswered_m2_s2);
-  response.target_v_W = (rebound > 0 ? std::max(rate, rebound) : rate) * contact.n_W;
+  response.target_v_W = rate * contact.n_W;
+  response.rebound_m_s = std::max(0.0, rebound - rate);
+  if (rebound <= 0) response.rebound_m_s = 0;
   if (!constraint.belt) return response;
   // A surface in motion without a body.
   const Eigen::Vector3d& axis = setting.belt_axis_W;

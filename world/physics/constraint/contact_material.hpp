@@ -11,6 +11,7 @@ struct ContactResponse {
   /// Velocity of a relative to b that is aimed at: along the normal the least, by which a gap may
   /// close and penetration is corrected; across it that of a belt.
   Eigen::Vector3d target_v_W = Eigen::Vector3d::Zero();
+  double rebound_m_s = 0;  ///< speed along the normal that an impact gives back, beyond the target
   double unanswered_m2_s2 = 0;  ///< energy per mass of an impact that the next step answers
 };
 

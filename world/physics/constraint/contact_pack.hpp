@@ -30,7 +30,7 @@ struct ContactPack {
 
   // ---- as they were added
   Vector3x4 p_W, target_W;
-  Vec4d friction, compliance;
+  Vec4d friction, compliance, surface_compliance;  ///< the last one of friction
   Vector3x4 last_gamma_W, change_gamma_W, last_torsion_W, change_torsion_W;  ///< warm start
 
   // ---- derived once a step
@@ -144,7 +144,7 @@ inline void ContactPack::begin(int body_a, int body_b) {
   has_torsion = actuated = false;
   target_W = last_gamma_W = change_gamma_W = last_torsion_W = change_torsion_W = Vector3x4::zero();
   friction = compliance = torsion.spinning_m = torsion.rolling_m = broadcast(0);
-  friction_compliance = broadcast(0);
+  surface_compliance = broadcast(0);
 }
 
 inline void ContactPack::add(const ContactDescription& contact) {
@@ -156,7 +156,7 @@ inline void ContactPack::add(const ContactDescription& contact) {
   torsion.spinning_m[lane] = contact.spinning_m;
   torsion.rolling_m[lane] = contact.rolling_m;
   compliance[lane] = contact.compliance_m_s_ns;
-  friction_compliance[lane] = contact.friction_compliance_m_s_ns;
+  surface_compliance[lane] = contact.friction_compliance_m_s_ns;
   last_gamma_W.set(lane, contact.impulse_ns.last);
   change_gamma_W.set(lane, contact.impulse_ns.change);
   last_torsion_W.set(lane, contact.torsional_impulse_nms.last);
@@ -170,7 +170,7 @@ inline void ContactPack::complete(const SolverBody* body_a, const SolverBody* bo
   set_tangents();
   target = to_frame(target_W);
   set_delassus(body_a, body_b);
-  friction_compliance += parameters.friction_regularization * delassus.t;
+  friction_compliance = surface_compliance + parameters.friction_regularization * delassus.t;
   set_impulse(last_gamma_W + change_gamma_W, last_torsion_W + change_torsion_W);
 }
 

@@ -81,6 +81,11 @@ int ContactProblem::add_contact(const ContactDescription& contact) {
   return static_cast<int>(locations_.size()) - 1;
 }
 
+void ContactProblem::set_target(int contact, const Vector3& target_v) {
+  const auto& [pack, lane] = locations_[index(contact)];
+  packs_[index(pack)].target_W.set(lane, target_v);
+}
+
 void ContactProblem::complete(const ContactSolverParameters& parameters) {
   complete_contacts(parameters);
   mark_actuated();

@@ -55,6 +55,8 @@ class ContactProblem {
               double upper_ns, const ImpulseGuess<double>& guess_ns = {0, 0});
   /// Contacts of the same two bodies are added one after the other. Returns its number.
   int add_contact(const ContactDescription& contact);
+  /// Changes a contact's target before the next solve.
+  void set_target(int contact, const Vector3& target_v);
 
   // ---- the solution
 
