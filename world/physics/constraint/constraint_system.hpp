@@ -22,7 +22,7 @@ namespace aprsim::physics {
 struct RowSide {
   RigidBody* body = nullptr;
   Eigen::Vector3d linear = Eigen::Vector3d::Zero(), angular = Eigen::Vector3d::Zero();
-  /// Of the point that the row holds, from the body's centre of mass.
+  /// The point that the row holds, from the body's centre of mass.
   Eigen::Vector3d lever_W = Eigen::Vector3d::Zero();
 
   /// The velocity along `d` of the point at `lever_W`.
