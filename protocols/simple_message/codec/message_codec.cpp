@@ -9,8 +9,6 @@
 namespace aprsim::simple_message {
 namespace {
 
-constexpr std::size_t kWordSize = 4;
-
 std::uint32_t read_word(const std::uint8_t* at, ByteOrder order) {
   std::uint32_t word = 0;
   for (std::size_t i = 0; i < kWordSize; ++i) {

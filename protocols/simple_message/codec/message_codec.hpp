@@ -15,7 +15,8 @@ namespace aprsim::simple_message {
 /// Of integers and floats, both of 32 bits. The controller decides: Karel and the FS100 use big.
 enum class ByteOrder : std::uint8_t { kBig, kLittle };
 
-inline constexpr std::size_t kLengthSize = 4;                 ///< the field `length`
+inline constexpr std::size_t kWordSize = 4;                   ///< every number on the wire
+inline constexpr std::size_t kLengthSize = kWordSize;         ///< the field `length`
 inline constexpr std::size_t kHeaderSize = kLengthSize + 12;  ///< length, type, comm, reply
 /// The longest message, that of four groups.
 inline constexpr std::size_t kMaxMessageSize = kHeaderSize + 8 + kGroups * 132;

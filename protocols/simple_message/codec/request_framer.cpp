@@ -4,7 +4,6 @@ namespace aprsim::simple_message {
 namespace {
 
 constexpr std::size_t kGroupSize = 132;
-constexpr std::size_t kWordSize = 4;
 
 Cut cut_if_there(std::size_t size, std::span<const std::uint8_t> stream) {
   return {.size = stream.size() >= size ? size : 0};

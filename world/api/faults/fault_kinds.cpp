@@ -265,6 +265,18 @@ constexpr std::array<KindInfo, kKinds> kTable{{
      "The PLC sends a reply that nobody has asked for before each that somebody has"},
     {Kind::kModbusRefused, "modbus-refused", Target::kCell, false,
      "The PLC drops its connections and refuses new ones"},
+    {Kind::kSimpleMessageDrop, "simple-message-drop", Target::kRobot, true,
+     "All connections to the robot's Simple Message ports are dropped; clients may connect again"},
+    {Kind::kSimpleMessageSilent, "simple-message-silent", Target::kRobot, false,
+     "The robot's state port sends nothing, and stays open"},
+    {Kind::kSimpleMessageDelay,
+     "simple-message-delay",
+     Target::kRobot,
+     false,
+     "The robot's Simple Message ports send states and replies late",
+     {{{"delay", "s", 0, 30, 1, "wall-clock time"}}}},
+    {Kind::kSimpleMessageLength, "simple-message-wrong-length", Target::kRobot, false,
+     "Every Simple Message of the robot states a length that is four bytes too large"},
 }};
 
 constexpr bool in_order() {
