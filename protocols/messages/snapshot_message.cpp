@@ -189,6 +189,10 @@ void write_message(std::chrono::nanoseconds span, google::protobuf::Duration& me
   write_value(span, message);
 }
 
+void write_message(const api::StreamEnd& end, v1::StreamEnd& message) {
+  write_fields(end, message);
+}
+
 void write_message(const api::BodySnapshot& body, const api::BodyDescription& description,
                    v1::BodyState& message) {
   write_fields(body, message);

@@ -59,7 +59,8 @@ APRSIM_FIELDS(PauseStream, FIELD(stream), FIELD(paused))
 APRSIM_FIELDS(ReleaseMotion, FIELD(stream), FIELD(when_done))
 APRSIM_FIELDS(JointTolerance, FIELD(position_rad), FIELD(velocity_rad_s))
 APRSIM_FIELDS(FollowTrajectory, FIELD(commander), FIELD(joint_names), FIELD(points), FIELD(start),
-              FIELD(path_tolerance), FIELD(goal_tolerance), FIELD(goal_time_tolerance))
+              FIELD(path_tolerance), FIELD(goal_tolerance), FIELD(reset),
+              FIELD(goal_time_tolerance))
 APRSIM_ALTERNATIVES(TrajectoryAction, "action of a trajectory", ALTERNATIVE(ClaimMotion, claim),
                     ALTERNATIVE(AppendPoints, append_points), ALTERNATIVE(AppendMove, append_move),
                     ALTERNATIVE(StopStream, stop), ALTERNATIVE(PauseStream, pause),

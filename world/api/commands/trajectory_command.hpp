@@ -23,7 +23,7 @@
 /// MotionSnapshot::alarm is set until InitRobot or a claim with `reset`.
 namespace aprsim::api {
 
-inline constexpr std::size_t kMaxTrajectoryPoints = 10'000;  ///< that wait in a stream
+inline constexpr std::size_t kMaxTrajectoryPoints = 4000;  ///< that wait in a stream
 inline constexpr std::size_t kMaxWaitingMoves = 16;
 inline constexpr std::size_t kMaxCommanderName = 128;  ///< [bytes]
 /// Longest trajectory, as the FS100 has it.
@@ -116,6 +116,7 @@ struct FollowTrajectory {
   std::optional<SimTime> start{};
   std::vector<JointTolerance> path_tolerance{};  ///< one for each joint; empty = any
   std::vector<JointTolerance> goal_tolerance{};  ///< one for each joint; empty = any
+  bool reset = false;                            ///< as in ClaimMotion
   SimTime goal_time_tolerance{};  ///< after the last point's time; 0 = waits for the goal
 };
 
