@@ -47,8 +47,9 @@ Connection::Connection(boost::asio::ip::tcp::socket socket, std::string listener
       role_(role),
       context_(context),
       record_(context, std::move(listener), peer_),
-      delayed_(context.io.get_executor(),
-               {[this](Output output) { enqueue(std::move(output)); }, [this] { process(); }}),
+      delayed_(
+          context.io.get_executor(),
+          {[this](std::string message) { enqueue(std::move(message)); }, [this] { process(); }}),
       write_timer_(context.io) {
   // A reader of states sends no requests; one that does not read is dropped anyway.
   if (role == Role::kState) slot_.keep();
@@ -195,15 +196,16 @@ void Connection::send(std::string message, bool reply) {
   if (framed && protocols::injected(*now, faults::Kind::kSimpleMessageLength, robot)) {
     falsify_length(message, context_.order);
   }
+  record_.sent(message, reply);
   const auto delay = protocols::injected_delay(*now, faults::Kind::kSimpleMessageDelay, robot);
-  if (!delayed_.must_wait(delay)) return enqueue({std::move(message), reply});
+  if (!delayed_.must_wait(delay)) return enqueue(std::move(message));
   const std::size_t size = message.size();
-  delayed_.add({std::move(message), reply}, size, delay, shared_from_this());
+  delayed_.add(std::move(message), size, delay, shared_from_this());
 }
 
-void Connection::enqueue(Output output) {
-  queued_bytes_ += output.message.size();
-  queue_.push_back(std::move(output));
+void Connection::enqueue(std::string message) {
+  queued_bytes_ += message.size();
+  queue_.push_back(std::move(message));
   if (!writing_) write();
 }
 
@@ -215,7 +217,7 @@ void Connection::write() {
     const auto connection = self.lock();
     if (!cancelled && connection) connection->close("it did not take messages in time", true);
   });
-  const std::string& message = queue_.front().message;
+  const std::string& message = queue_.front();
   boost::asio::async_write(socket_, boost::asio::buffer(message),
                            [self = shared_from_this()](const error_code& error, std::size_t) {
                              self->on_written(error);
@@ -228,8 +230,7 @@ void Connection::on_written(const error_code& error) {
   if (error) return close(error.message(), false);
   error_code ignored;
   write_timer_.cancel(ignored);
-  record_.sent(queue_.front().message, queue_.front().reply);
-  queued_bytes_ -= queue_.front().message.size();
+  queued_bytes_ -= queue_.front().size();
   queue_.pop_front();
   write();
   if (queue_.empty()) process();

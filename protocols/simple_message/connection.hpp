@@ -55,17 +55,12 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void record_request(std::span<const std::uint8_t> request, std::string_view fault = {});
 
  private:
-  struct Output {
-    std::string message;
-    bool reply = false;
-  };
-
   [[nodiscard]] Port framing() const;
   void read();
   void on_read(std::size_t size);
   void compact();
   void send(std::string message, bool reply);
-  void enqueue(Output output);
+  void enqueue(std::string message);
   void write();
   void on_written(const boost::system::error_code& error);
   [[nodiscard]] std::size_t output_bytes() const { return queued_bytes_ + delayed_.bytes(); }
@@ -77,11 +72,11 @@ class Connection : public std::enable_shared_from_this<Connection> {
   const Role role_;
   ListenerContext& context_;
   ConnectionRecord record_;
-  protocols::DelayedReplies<Output> delayed_;
+  protocols::DelayedReplies<std::string> delayed_;
   boost::asio::steady_timer write_timer_;
   std::array<std::uint8_t, 8 * kMaxMessageSize> input_{};
   std::size_t size_ = 0, used_ = 0;  // of input_
-  std::deque<Output> queue_;         // the first one is being written
+  std::deque<std::string> queue_;    // the first one is being written
   std::size_t queued_bytes_ = 0;
   std::string refusal_;
   std::string finish_why_;

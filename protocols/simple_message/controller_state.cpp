@@ -11,7 +11,7 @@ namespace aprsim::simple_message {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-/// Of the SIA20D's axes S L E U R B T [1/rad].
+/// Pulses of the SIA20D's axes S L E U R B T [1/rad].
 constexpr std::array<double, 7> kPulsesPerRad{1024 / kDegree,  1024 / kDegree,    1024 / kDegree,
                                               1024 / kDegree,  1149.15 / kDegree, 1149.15 / kDegree,
                                               580.27 / kDegree};

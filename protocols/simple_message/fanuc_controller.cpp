@@ -12,7 +12,7 @@ namespace aprsim::simple_message {
 namespace {
 
 /// Karel's loop of 42 Hz, in whole milliseconds.
-constexpr std::chrono::milliseconds kStatePeriod{24};
+constexpr std::chrono::milliseconds kFanucStatePeriod{24};
 /// A status follows every eleventh position.
 constexpr int kPositionsPerStatus = 11;
 /// The motion program moves to one point and knows one more.
@@ -40,7 +40,7 @@ void FanucController::motion_gone(Connection&) {
   release();
 }
 
-// What the program has been handed is still executed.
+// The program still executes what it was handed.
 void FanucController::release() {
   if (stream_ == 0) return;
   const auto released = link_.submit(api::ReleaseMotion{stream_, true});
@@ -78,11 +78,11 @@ bool FanucController::take_motion(Connection& connection, std::span<const std::u
     take_special(connection, sequence);
     return true;
   }
-  acknowledge(connection, sequence, ReplyCode::kSuccess);
   const std::size_t count = link_.description(*now).joints.size();
   JointVector joints = from_wire(ControllerKind::kFanucKarel, position.position, count);
   if (!message || !in_range(joints, *now)) {
-    // The relay reports the point and then leaves its client.
+    // The relay acknowledges what it reads, then reports the point and leaves its client.
+    acknowledge(connection, sequence, ReplyCode::kSuccess);
     acknowledge(connection, sequence, ReplyCode::kFailure);
     context_.log.warn(fmt::format("{}: point {} is out of range", connection.peer(), sequence));
     connection.finish("a point out of range");
@@ -90,6 +90,7 @@ bool FanucController::take_motion(Connection& connection, std::span<const std::u
   }
   point_ = std::move(joints);
   hand_over(*now);
+  acknowledge(connection, sequence, ReplyCode::kSuccess);
   return true;
 }
 
@@ -142,14 +143,19 @@ void FanucController::hand_over(const api::Snapshot& now) {
   if (!point_ || !program_is_free(now)) return;
   if (stream_ == 0) {
     // The program runs only where the robot is free and without a fault; until then it waits.
+    const api::MotionSnapshot& motion = link_.robot(now).motion;
     const ControllerState state = link_.state(now, 0);
-    if (now.applied < latest_ || state.others_command || state.in_error || state.e_stopped ||
-        link_.robot(now).motion.source != api::MotionSource::kNone) {
+    // A stream of this program from an earlier time, as a saved state has it, stands for ever.
+    const bool is_left = motion.commander.starts_with(context_.log.name() + " ") &&
+                         motion.phase == api::StreamPhase::kReady;
+    if (now.applied < latest_ || (state.others_command && !is_left) || state.in_error ||
+        state.e_stopped) {
       return;
     }
-    const auto claim = link_.submit(
-        api::ClaimMotion{context_.log.name() + (client_ != nullptr ? " of " + client_->peer() : ""),
-                         api::StreamMode::kMoves, true});
+    const std::string peer = client_ != nullptr ? client_->peer() : "nobody";
+    const auto claim =
+        link_.submit(api::ClaimMotion{context_.log.name() + " of " + peer, api::StreamMode::kMoves,
+                                      true, is_left ? motion.stream : 0});
     if (!claim) return;
     stream_ = latest_ = *claim;
   }
@@ -171,7 +177,7 @@ void FanucController::advance() {
   hand_over(*now);
 }
 
-std::chrono::milliseconds FanucController::state_period() const { return kStatePeriod; }
+std::chrono::milliseconds FanucController::state_period() const { return kFanucStatePeriod; }
 
 std::vector<std::string> FanucController::states() {
   const api::SnapshotPtr now = link_.latest();

@@ -11,7 +11,7 @@
 namespace aprsim::simple_message {
 namespace {
 
-constexpr std::chrono::milliseconds kStatePeriod{25};
+constexpr std::chrono::milliseconds kMotomanStatePeriod{25};
 /// The tasks of a connection live on for so long when it has ended.
 constexpr std::chrono::milliseconds kPauseDelay{50};
 /// Deviation of a trajectory's start from the commanded position.
@@ -20,10 +20,6 @@ constexpr float kMaxTime_s = 14400;
 constexpr std::int32_t kTools = 64;
 /// Speeds of the axes S L E U R B T that a point may have [rad/s].
 constexpr std::array<float, 7> kMaxSpeeds{2.27F, 2.27F, 2.97F, 2.97F, 3.49F, 3.49F, 6.98F};
-
-std::string_view text_of(std::span<const std::uint8_t> bytes) {
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
 
 MotionReply with(MotionReply reply, MotionResult result, Subcode subcode = Subcode::kNone) {
   reply.result = static_cast<std::int32_t>(result);
@@ -77,7 +73,7 @@ MotomanController::MotomanController(ListenerContext& context, RobotLink& link)
       queue_(link, context.options.interpolation_clock),
       pause_timer_(context.io) {}
 
-std::chrono::milliseconds MotomanController::state_period() const { return kStatePeriod; }
+std::chrono::milliseconds MotomanController::state_period() const { return kMotomanStatePeriod; }
 
 // ---- connections
 
@@ -373,17 +369,15 @@ void MotomanController::await(
   advance();
 }
 
-/// A claim of the robot. A stream of an earlier time of this controller, as a saved state has it,
-/// is released before.
+/// A claim of the robot. A stream of this controller from an earlier time, as a saved state has it,
+/// is taken over.
 std::optional<api::Ticket> MotomanController::claim(const std::string& who, bool reset) {
   const api::SnapshotPtr now = link_.latest();
   const api::MotionSnapshot& motion = link_.robot(*now).motion;
-  if (motion.source == api::MotionSource::kStream && motion.stream != stream_ &&
-      motion.commander.starts_with(context_.log.name() + " ")) {
-    static_cast<void>(link_.submit(api::ReleaseMotion{motion.stream, false}));
-  }
-  const auto ticket = link_.submit(
-      api::ClaimMotion{context_.log.name() + " of " + who, api::StreamMode::kTimed, reset});
+  const bool own = motion.source == api::MotionSource::kStream &&
+                   motion.commander.starts_with(context_.log.name() + " ");
+  const auto ticket = link_.submit(api::ClaimMotion{
+      context_.log.name() + " of " + who, api::StreamMode::kTimed, reset, own ? motion.stream : 0});
   if (!ticket) {
     context_.log.warn("the robot cannot be claimed: " + ticket.error().message);
     return std::nullopt;
@@ -394,9 +388,10 @@ std::optional<api::Ticket> MotomanController::claim(const std::string& who, bool
 void MotomanController::start_trajectory_mode(Connection& connection, const Message& request,
                                               MotionReply reply) {
   const api::SnapshotPtr now = link_.latest();
-  const ControllerState state = link_.state(*now, stream_);
   const bool ready = is_ready(*now);
-  if (ready || state.others_command || state.e_stopped) {
+  const ControllerState state = link_.state(*now, stream_);
+  const bool own = link_.robot(*now).motion.commander.starts_with(context_.log.name() + " ");
+  if (ready || (state.others_command && !own) || state.e_stopped) {
     const MotionReply answer = ready ? with(reply, MotionResult::kSuccess)
                                      : with(reply, MotionResult::kNotReady, not_ready_reason(*now));
     return send(connection, request.communication, answer);

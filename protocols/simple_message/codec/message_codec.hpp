@@ -12,7 +12,8 @@
 /// Simple Messages as bytes and back. Pure.
 namespace aprsim::simple_message {
 
-/// Of integers and floats, both of 32 bits. The controller decides: Karel and the FS100 use big.
+/// Order of the bytes of integers and floats, both of 32 bits. The controller decides: Karel and
+/// the FS100 use big.
 enum class ByteOrder : std::uint8_t { kBig, kLittle };
 
 inline constexpr std::size_t kWordSize = 4;                   ///< every number on the wire

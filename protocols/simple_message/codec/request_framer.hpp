@@ -10,7 +10,7 @@
 /// its field `length`, which clients fill in wrongly. Pure.
 namespace aprsim::simple_message {
 
-/// Who reads the stream.
+/// The reader of the stream.
 enum class Port : std::uint8_t {
   kMotoman,       ///< motion and I/O of MotoROS: every type has its size
   kFanucMotion,   ///< Karel: every message has a sequence number and ten joints

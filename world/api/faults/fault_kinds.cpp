@@ -53,8 +53,9 @@ constexpr std::array<KindInfo, kKinds> kTable{{
      "to "
      "be reset afterwards"},
     {Kind::kControllerReboot, "controller-reboot", Target::kRobot, false,
-     "The controller of a robot starts anew: its CRCL port closes and drops all connections, the "
-     "arm is held by its brakes; afterwards the port is open again and the robot has to be "
+     "The controller of a robot starts anew: its ports for commands close and drop all "
+     "connections, "
+     "the arm is held by its brakes; afterwards they are open again and the robot has to be "
      "initialised"},
     {Kind::kBaseOffset,
      "base-offset",

@@ -8,8 +8,6 @@ namespace {
 using testing::eventually;
 using testing::SimpleMessageClient;
 
-constexpr std::chrono::milliseconds kWhile{100};
-
 class FanucPorts : public testing::ServerTest {
  protected:
   FanucPorts() : ServerTest(ControllerKind::kFanucKarel) { start(); }

@@ -8,8 +8,6 @@ namespace {
 using testing::eventually;
 using testing::SimpleMessageClient;
 
-constexpr std::chrono::milliseconds kWhile{100};
-
 struct Outcome {
   std::int32_t result = 0, subcode = 0;
   bool operator==(const Outcome&) const = default;

@@ -38,6 +38,9 @@ class ServerTest : public ::testing::Test {
     return cell_.latest()->robots[static_cast<std::size_t>(options_.robot)].motion;
   }
 
+  /// Long enough for a reply that should not come.
+  static constexpr std::chrono::milliseconds kWhile{100};
+
   SimpleMessageOptions options_;
   StreamCell cell_;
   test::InjectedFaultsOf faults_{cell_.cell()};

@@ -10,8 +10,6 @@ namespace {
 using testing::eventually;
 using testing::SimpleMessageClient;
 
-constexpr std::chrono::milliseconds kWhile{100};
-
 class Transport : public testing::ServerTest {
  protected:
   Transport() : ServerTest(ControllerKind::kMotomanFs100) {}
