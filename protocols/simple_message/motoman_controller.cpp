@@ -133,6 +133,7 @@ Subcode MotomanController::not_ready_reason(const api::Snapshot& now) {
 std::vector<std::string> MotomanController::states() {
   const api::SnapshotPtr now = link_.latest();
   const bool ready = is_ready(*now);
+  if (stream_ != 0) queue_.advance(*now);
   const ControllerState state = link_.state(*now, stream_);
   const bool lags = !within_pulses(state.measured_rad, state.reference_rad, kStartPulses);
   const bool queued = stream_ != 0 && !queue_.empty(*now);

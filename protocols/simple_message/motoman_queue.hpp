@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
+#include <utility>
 #include <vector>
 
 #include "protocols/simple_message/codec/message.hpp"
@@ -39,9 +41,9 @@ class MotomanQueue {
   /// ignored. Error: the cell takes no commands now.
   [[nodiscard]] Result<void> add(std::int64_t time_ms, JointVector position_rad,
                                  JointVector velocity_rad_s);
-  /// Whether a trajectory waits for the robot to stand.
+  /// Whether points wait for the robot to stand.
   [[nodiscard]] bool waits() const { return !waiting_.empty(); }
-  /// Begins a trajectory that has waited for the robot to stand.
+  /// Hands over points that have waited for the robot to stand.
   void advance(const api::Snapshot& now);
 
  private:
@@ -53,13 +55,17 @@ class MotomanQueue {
   [[nodiscard]] Result<void> append(bool begins, Point point);
   [[nodiscard]] std::int64_t time_left_ms(const api::Snapshot& now) const;
   [[nodiscard]] bool stands(const api::Snapshot& now) const;
+  [[nodiscard]] bool takes_points(const api::Snapshot& now) const;
+  void check_handed(const api::Snapshot& now);
 
   RobotLink& link_;
   const std::chrono::milliseconds clock_;
   api::Ticket stream_ = 0;
   api::Ticket begun_ = 0, latest_ = 0;  // the command that began the trajectory; the latest one
   std::int64_t origin_ms_ = 0, end_ms_ = 0;
-  bool begins_ = true;          // the next point begins a trajectory
+  bool begins_ = true;  // the next point begins a trajectory
+  /// Handed over, and not yet known to be accepted.
+  std::deque<std::pair<api::Ticket, Point>> handed_;
   std::vector<Point> waiting_;  // for the robot to stand
 };
 

@@ -236,6 +236,23 @@ TEST_F(MotomanPorts, ATrajectoryBehindAStopWaitsForTheRobotToStand) {
   EXPECT_TRUE(cell_.actions<api::AppendPoints>().back().begins);
 }
 
+TEST_F(MotomanPorts, APointBehindADryTrajectoryWaitsForTheRobotToStand) {
+  SimpleMessageClient client(ports_.motion);
+  start_mode(client);
+  send(client, point(0, 0));
+  send(client, point(1, 0.1F, {0.01F}, {0.2F}));
+  change([](auto& robot) {
+    robot.motion.time = std::chrono::milliseconds(100);
+    robot.motion.phase = api::StreamPhase::kStopping;
+  });
+  EXPECT_EQ(send(client, point(2, 0.2F, {0.02F})), (Outcome{0, 0}));
+  EXPECT_EQ(send(client, point(3, 0.3F, {0.03F})), (Outcome{1, 0}));
+  EXPECT_EQ(cell_.actions<api::AppendPoints>().size(), 1U);
+  change([](auto& robot) { robot.motion.phase = api::StreamPhase::kReady; });
+  ASSERT_TRUE(eventually([&] { return cell_.actions<api::AppendPoints>().size() == 2; }));
+  EXPECT_FALSE(cell_.actions<api::AppendPoints>().back().begins);
+}
+
 // ---- ends
 
 TEST_F(MotomanPorts, TrajectoryModeEndsOnlyWithAnEmptyQueue) {
