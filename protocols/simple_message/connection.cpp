@@ -25,6 +25,8 @@ constexpr std::size_t kMaxQueuedBytes = std::size_t{64} * 1024;
 constexpr std::size_t kMaxQueuedStateBytes = 256;
 /// States that may wait behind an injected delay.
 constexpr std::size_t kMaxDelayedBytes = std::size_t{512} * 1024;
+/// Kernel buffers: states in them are stale for a slow reader.
+constexpr int kStateBufferBytes = 8 * 1024, kReplyBufferBytes = 64 * 1024;
 /// Bytes that tell a browser's request from a length.
 constexpr std::size_t kJudgedBytes = 4;
 
@@ -51,8 +53,13 @@ Connection::Connection(boost::asio::ip::tcp::socket socket, std::string listener
           context.io.get_executor(),
           {[this](std::string message) { enqueue(std::move(message)); }, [this] { process(); }}),
       write_timer_(context.io) {
+  const bool state = role == Role::kState;
+  error_code ignored;
+  socket_.set_option(
+      boost::asio::socket_base::send_buffer_size(state ? kStateBufferBytes : kReplyBufferBytes),
+      ignored);
   // A reader of states sends no requests; one that does not read is dropped anyway.
-  if (role == Role::kState) slot_.keep();
+  if (state) slot_.keep();
 }
 
 void Connection::start() {

@@ -39,9 +39,8 @@ bool too_fast(const Joints& velocity) {
   return false;
 }
 
-std::int64_t milliseconds_of(float time_s) {
-  return static_cast<std::int64_t>(static_cast<double>(time_s) * 1000.0);
-}
+/// MotoROS multiplies floats, so that 0.9 s is 900 ms.
+std::int64_t milliseconds_of(float time_s) { return static_cast<std::int64_t>(time_s * 1000.0F); }
 
 /// As a controller understands it: only requests of its programs.
 bool is_motion_request(MessageType type) {

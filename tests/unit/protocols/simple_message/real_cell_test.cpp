@@ -134,8 +134,7 @@ void rest(Ports& cell, int robot) {
   const bool rested = eventually(
       [&] {
         const auto now = cell.robot(robot);
-        if (now.motion.points_left == 0 && now.motion.phase != api::StreamPhase::kMoving &&
-            cell.simulation().latest()->step > 0) {
+        if (now.motion.points_left == 0 && now.motion.phase != api::StreamPhase::kMoving) {
           return true;
         }
         cell.step(10);
@@ -214,6 +213,19 @@ RobotStatus status(Ports& cell, int robot) {
   }
 }
 
+/// START_TRAJ_MODE; steps the cell until it is answered, since drives take a while.
+std::int32_t start_mode(Ports& cell, SimpleMessageClient& client) {
+  const auto number = static_cast<std::int32_t>(MotionCommand::kStartTrajectoryMode);
+  client.send({MessageType::kMotionControl, Communication::kServiceRequest, ReplyCode::kNone,
+               MotionControl{0, 0, number, {}}});
+  EXPECT_TRUE(eventually([&] {
+    if (client.readable(std::chrono::milliseconds(5))) return true;
+    cell.step(10);
+    return false;
+  }));
+  return client.receive_body<MotionReply>().result;
+}
+
 TEST(RealCell, TheFanucReachesRandomGoals) {
   Ports cell;
   cell.step(100);
@@ -239,7 +251,7 @@ TEST(RealCell, TheMotomanReachesRandomGoals) {
   cell.set_home();
   std::mt19937 random(12);
   SimpleMessageClient client(cell.ports(kMotoman).motion);
-  ASSERT_EQ(control(client, MotionCommand::kStartTrajectoryMode).result, 0);
+  ASSERT_EQ(start_mode(cell, client), 0);
   int busy = 0;
   for (int i = 0; i < 5; ++i) {
     const Posture to = cell.goal(kMotoman, random);
@@ -259,7 +271,7 @@ TEST(RealCell, EveryIncrementIsWithinAPulseOfTheCubic) {
   cell.set_home();
   std::mt19937 random(13);
   SimpleMessageClient client(cell.ports(kMotoman).motion);
-  ASSERT_EQ(control(client, MotionCommand::kStartTrajectoryMode).result, 0);
+  ASSERT_EQ(start_mode(cell, client), 0);
   const Posture from = cell.measured(kMotoman);
   const auto points = trajectory_of(from, cell.goal(kMotoman, random), 1);
   // Whole in the queue but for the last 0.2 s.
@@ -302,8 +314,12 @@ TEST(RealCell, TheSameBitsTwice) {
     SimpleMessageClient fanuc(cell.ports(kFanuc).motion), motoman(cell.ports(kMotoman).motion);
     control(motoman, MotionCommand::kStartTrajectoryMode);
     // Two points at once: neither waits for the motion.
-    move_fanuc(cell, fanuc, 0, cell.goal(kFanuc, random));
-    move_fanuc(cell, fanuc, 1, cell.goal(kFanuc, random));
+    for (const int sequence : {0, 1}) {
+      const Joints to = to_wire(ControllerKind::kFanucKarel, cell.goal(kFanuc, random));
+      fanuc.send({MessageType::kTrajectoryPoint, Communication::kServiceRequest, ReplyCode::kNone,
+                  TrajectoryPoint{sequence, to, 0.1F, 10}});
+      fanuc.receive();
+    }
     std::vector<double> trace;
     const auto record = [&] {
       for (const int robot : {kFanuc, kMotoman}) {
@@ -327,7 +343,7 @@ TEST(RealCell, AGoalThatComesTooEarlyIsRefusedAtItsStart) {
   cell.set_home();
   std::mt19937 random(15);
   SimpleMessageClient client(cell.ports(kMotoman).motion);
-  control(client, MotionCommand::kStartTrajectoryMode);
+  start_mode(cell, client);
   const auto points = trajectory_of(cell.measured(kMotoman), cell.goal(kMotoman, random), 1);
   for (std::size_t i = 0; i < 8; ++i) {
     EXPECT_EQ(send_point(client, static_cast<std::int32_t>(i), points[i]).result, 0);
@@ -348,7 +364,7 @@ TEST(RealCell, ALostClientsQueueStopsAndGoesOn) {
   const Posture to = cell.goal(kMotoman, random);
   {
     SimpleMessageClient client(cell.ports(kMotoman).motion);
-    control(client, MotionCommand::kStartTrajectoryMode);
+    start_mode(cell, client);
     const auto points = trajectory_of(cell.measured(kMotoman), to, 0.8);
     for (std::size_t i = 0; i < points.size(); ++i) {
       EXPECT_EQ(send_point(client, static_cast<std::int32_t>(i), points[i]).result, 0);
@@ -394,7 +410,7 @@ TEST(RealCell, StopMotionDropsTheQueue) {
   cell.set_home();
   std::mt19937 random(18);
   SimpleMessageClient client(cell.ports(kMotoman).motion);
-  control(client, MotionCommand::kStartTrajectoryMode);
+  start_mode(cell, client);
   const auto points = trajectory_of(cell.measured(kMotoman), cell.goal(kMotoman, random), 1);
   for (std::size_t i = 0; i < 8; ++i) {
     send_point(client, static_cast<std::int32_t>(i), points[i]);
@@ -415,7 +431,7 @@ TEST(RealCell, AProtectiveStopIsAnAlarmUntilItIsReset) {
   Ports cell;
   cell.step(100);
   SimpleMessageClient client(cell.ports(kMotoman).motion);
-  control(client, MotionCommand::kStartTrajectoryMode);
+  start_mode(cell, client);
   cell.inject(faults::Kind::kProtectiveStop, kMotoman);
   cell.step(500);
   const MotomanPoint start{0, to_wire(ControllerKind::kMotomanFs100, cell.measured(kMotoman)), {}};
@@ -424,7 +440,7 @@ TEST(RealCell, AProtectiveStopIsAnAlarmUntilItIsReset) {
   EXPECT_EQ(reply.subcode, 5001);
   EXPECT_EQ(status(cell, kMotoman).in_error, 1);
   EXPECT_EQ(status(cell, kFanuc).in_error, 0);
-  EXPECT_EQ(control(client, MotionCommand::kStartTrajectoryMode).result, 0);
+  EXPECT_EQ(start_mode(cell, client), 0);
   cell.step(500);
   EXPECT_EQ(status(cell, kMotoman).in_error, 0);
   EXPECT_EQ(status(cell, kMotoman).motion_possible, 1);
@@ -434,7 +450,7 @@ TEST(RealCell, AnEmergencyStopEndsTrajectories) {
   Ports cell;
   cell.step(100);
   SimpleMessageClient client(cell.ports(kMotoman).motion);
-  control(client, MotionCommand::kStartTrajectoryMode);
+  start_mode(cell, client);
   cell.inject(faults::Kind::kRobotEmergencyStop, kMotoman);
   cell.step(500);
   const RobotStatus now = status(cell, kMotoman);
@@ -450,7 +466,7 @@ TEST(RealCell, APointBeyondALimitIsAnAlarm) {
   Ports cell;
   cell.step(100);
   SimpleMessageClient client(cell.ports(kMotoman).motion);
-  control(client, MotionCommand::kStartTrajectoryMode);
+  start_mode(cell, client);
   MotomanPoint point{0, to_wire(ControllerKind::kMotomanFs100, cell.measured(kMotoman)), {}};
   EXPECT_EQ(send_point(client, 0, point).result, 0);
   point.time_ms = 1000;
