@@ -30,6 +30,7 @@
 #include "protocols/grpc/services/journal_service.hpp"
 #include "protocols/grpc/services/robot_service.hpp"
 #include "protocols/grpc/services/telemetry_service.hpp"
+#include "protocols/grpc/services/trajectory_service.hpp"
 #include "protocols/grpc/streams/event_stream.hpp"
 #include "protocols/grpc/streams/stream_hub.hpp"
 #include "protocols/net/limited_log.hpp"
@@ -143,9 +144,12 @@ class TelemetryServer::Impl {
                                        [this] { report_health(); });
     event_hub_ = std::make_unique<EventHub>(options_.events, options_.max_event_streams,
                                             options_.write_timeout);
+    trajectory_hub_ = std::make_unique<TrajectoryHub>(source_, options_.write_timeout);
     waiter_ = std::make_unique<CommandWaiter>(source_);
     telemetry_ = std::make_unique<TelemetryService>(options_, source_, *hub_, *event_hub_, *gate_);
     control_ = std::make_unique<ControlService>(options_, sink_, source_, *waiter_, *gate_);
+    trajectories_ =
+        std::make_unique<TrajectoryService>(options_, sink_, source_, *trajectory_hub_, *gate_);
     history_ = std::make_unique<HistoryService>(options_, *control_);
     journal_ = std::make_unique<JournalService>(options_.incidents, *gate_);
     robots_ = std::make_unique<RobotService>(
@@ -164,6 +168,7 @@ class TelemetryServer::Impl {
     if (waiter_) waiter_->stop();
     if (hub_) hub_->stop(deadline);
     if (event_hub_) event_hub_->stop(deadline);
+    if (trajectory_hub_) trajectory_hub_->stop(deadline);
     if (const auto server = detach_server()) {
       const auto left = deadline - std::chrono::steady_clock::now();
       server->Shutdown(std::chrono::system_clock::now() +
@@ -203,6 +208,7 @@ class TelemetryServer::Impl {
     builder.RegisterService(history_.get());
     builder.RegisterService(journal_.get());
     builder.RegisterService(robots_.get());
+    builder.RegisterService(trajectories_.get());
     // Outgoing messages pass the gate first, so that the other interceptors see refusals.
     auto interceptors = calls_.interceptors();
     interceptors.insert(interceptors.begin(), gate_->interceptor());
@@ -246,6 +252,7 @@ class TelemetryServer::Impl {
     for (const char* name :
          {"", v1::TelemetryService::service_full_name(), v1::ControlService::service_full_name(),
           v1::HistoryService::service_full_name(), v1::JournalService::service_full_name(),
+          v1::TrajectoryService::service_full_name(),
           crcl::v1::RobotService::service_full_name()}) {
       health.SetServingStatus(name, serving);
     }
@@ -268,10 +275,12 @@ class TelemetryServer::Impl {
   std::unique_ptr<Service> service_;
   std::unique_ptr<StreamHub> hub_;
   std::unique_ptr<EventHub> event_hub_;
+  std::unique_ptr<TrajectoryHub> trajectory_hub_;
   std::unique_ptr<CommandWaiter> waiter_;
   std::unique_ptr<TelemetryService> telemetry_;
   std::unique_ptr<ControlService> control_;
   std::unique_ptr<HistoryService> history_;
+  std::unique_ptr<TrajectoryService> trajectories_;
   std::unique_ptr<JournalService> journal_;
   std::unique_ptr<RobotService> robots_;
   std::mutex server_mutex_;
