@@ -34,6 +34,8 @@ SimulatedRobot::SimulatedRobot(const scene::Scene& scene, std::size_t index,
       X_WL_(model.links.size()),
       state_{.mount = ToolMount(start_tool_, Eigen::Isometry3d::Identity())} {
   guard_input_.action.description.reserve(kDescriptionCapacity);
+  guard_input_.motion.alarm.reserve(kDescriptionCapacity);
+  guard_input_.motion.commander.reserve(api::kMaxCommanderName);
   update_link_poses();
   state_.mount.step(X_WL_.back());
 }

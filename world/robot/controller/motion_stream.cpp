@@ -123,7 +123,6 @@ Result<void> MotionStream::apply(const api::AppendMove& command, const Arm& arm)
   if (!chain->running() && !arm.motion.at_rest()) {
     return not_now("moves", "the robot is still stopping");
   }
-  // The present moves are those that run: one, or two while they overlap.
   const bool stands = !chain->running();
   if (!stands && chain->waiting() >= command.max_waiting) {
     return fail(ErrorCode::kUnavailable, "moves",
@@ -221,8 +220,14 @@ void MotionStream::start_delayed(const Arm& arm) {
 
 void MotionStream::step(const JointVector& q_actual, const JointVector& qd_actual, const Arm& arm) {
   if (!active()) return;
-  if (goal_.delay > 0 && --goal_.delay == 0) start_delayed(arm);
-  if (goal_.active && goal_.delay == 0) {
+  if (delayed_) {
+    if (goal_.delay == 0) {
+      start_delayed(arm);
+    } else {
+      --goal_.delay;
+    }
+  }
+  if (goal_.active && !delayed_) {
     const JointVector& q = arm.motion.reference();
     const JointVector qd = (q - arm.motion.last_reference()) / arm.equipped.step_s;
     return check_goal(

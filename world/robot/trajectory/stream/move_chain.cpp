@@ -7,7 +7,6 @@
 namespace aprsim::robot {
 namespace {
 
-constexpr int kOverlapSamples = 32;
 /// Differences of samples are larger than the derivatives that they stand for, by rounding.
 constexpr double kSlack = 1 + 1e-3;
 
@@ -49,10 +48,10 @@ void MoveChain::try_overlap(const StepInput& input) {
   overlaps_ = true;
 }
 
-/// Velocities and accelerations of the sum, by differences at samples of the overlap.
+/// Velocities and accelerations of the sum, by differences from step to step of the overlap.
 bool MoveChain::sum_is_within(const StepInput& input, const JointMotion& next) const {
   const double rest = present_.duration() - present_.time();
-  const double h = std::max(rest / kOverlapSamples, input.step_s);
+  const double h = input.step_s;
   JointVector first, second;
   JointVector older, old;
   for (double t = -2 * h; t <= rest + 2 * h; t += h) {

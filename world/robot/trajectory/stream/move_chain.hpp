@@ -54,8 +54,8 @@ class MoveChain {
   [[nodiscard]] std::uint64_t left() const {
     return waiting_.size() + (running_ ? 1U : 0U) + (overlaps_ ? 1U : 0U);
   }
-  /// Moves that wait for their begin.
-  [[nodiscard]] std::size_t waiting() const { return waiting_.size(); }
+  /// Moves after the present one, also one that overlaps it.
+  [[nodiscard]] std::size_t waiting() const { return waiting_.size() + (overlaps_ ? 1U : 0U); }
   [[nodiscard]] std::uint64_t done() const { return done_; }
   /// Target of the last move; `q` if there is none.
   [[nodiscard]] const JointVector& end(const JointVector& q) const;

@@ -8,6 +8,7 @@ namespace aprsim::robot {
 namespace {
 
 constexpr double kRestSpeed_rad_s = 1e-3;  ///< below it a joint counts as at rest
+constexpr double kRampShare = 0.5;         ///< of the joints' accelerations, for a change of rate
 constexpr double kShortestRamp_s = 0.02;   ///< of the rate from 0 to 1
 
 }  // namespace
@@ -68,8 +69,8 @@ void TimedMotion::pass_time(const StepInput& input) {
     const JointVector qd = curve_.at(std::min(curve_time(), curve_.duration())).qd;
     double change = 1 / kShortestRamp_s;
     for (Eigen::Index i = 0; i < qd.size(); ++i) {
-      if (std::abs(qd(i)) * change <= input.limits.accel(i)) continue;
-      change = input.limits.accel(i) / std::abs(qd(i));
+      const double accel = kRampShare * input.limits.accel(i);
+      if (std::abs(qd(i)) * change > accel) change = accel / std::abs(qd(i));
     }
     const double most = change * input.step_s;
     rate_ += std::clamp(input.speed - rate_, -most, most);

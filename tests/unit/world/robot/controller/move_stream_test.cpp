@@ -120,7 +120,7 @@ TEST_P(MoveStream, APostureBeyondTheRangeIsAnAlarm) {
 TEST_P(MoveStream, StopsAndPauses) {
   JointVector q = rig.controller().reference();
   q(0) += 1;
-  ASSERT_EQ(append(q), "");
+  ASSERT_EQ(append(q, 0.1), "");
   rig.steps(600);
   ASSERT_EQ(rig.send(api::PauseStream{rig.stream, true}), "");
   rig.steps(1500);
@@ -128,7 +128,7 @@ TEST_P(MoveStream, StopsAndPauses) {
   EXPECT_EQ(rig.motion().phase, Phase::kPaused);
   EXPECT_EQ(rig.motion().points_left, 1u);
   ASSERT_EQ(rig.send(api::PauseStream{rig.stream, false}), "");
-  rig.steps(400);
+  rig.steps(100);
   ASSERT_EQ(rig.send(api::StopStream{rig.stream}), "");
   rig.finish();
   EXPECT_LT(rig.controller().reference()(0), q(0));

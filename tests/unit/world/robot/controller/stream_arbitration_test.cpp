@@ -245,7 +245,7 @@ TEST_F(Streams, ADelayedGoalWaitsForItsStart) {
   ASSERT_EQ(follow({.points = points()}, 100), "");
   EXPECT_EQ(rig.motion().phase, Phase::kMoving);
   EXPECT_EQ(rig.motion().points_left, 20u);
-  rig.steps(99);
+  rig.steps(100);
   EXPECT_EQ(rig.controller().reference(), here);
   rig.steps(1);
   EXPECT_EQ(rig.motion().time, std::chrono::milliseconds(1));
