@@ -303,6 +303,7 @@ class Daemon::Impl {
     for (std::size_t i = 0; i < scene.robots.size(); ++i) {
       const std::string& name = scene.robots[i].name;
       const int index = static_cast<int>(i);
+<<<<<<< HEAD
       robots.push_back({name,
                         std::make_unique<crcl_server::CrclServer>(
                             with_tap(crcl_options(shared, index, name), config, crcl_tap_),
@@ -314,6 +315,15 @@ class Daemon::Impl {
       robots.back().simple_message = std::make_unique<simple_message::SimpleMessageServer>(
           with_tap(simple_message_options(shared, index, scene.robots[i]), config, crcl_tap_),
           simulation_, simulation_);
+=======
+      auto crcl = with_tap(crcl_options(shared, index, name), config, crcl_tap_);
+      crcl.max_unfinished_bytes = shares_.documents / scene.robots.size();
+      robots.push_back(
+          {name,
+           std::make_unique<crcl_server::CrclServer>(std::move(crcl), simulation_, simulation_),
+           std::make_unique<vision_server::VisionServer>(vision_options(shared, index, name),
+                                                         simulation_)});
+>>>>>>> outside
     }
     return robots;
   }
@@ -323,6 +333,8 @@ class Daemon::Impl {
     options.incidents = journal_.get();
     options.max_memory_bytes = shares_.grpc;
     options.max_backlogs_bytes = shares_.backlogs;
+    options.max_unread_bytes = shares_.answers;
+    options.transfers.all_bytes = shares_.transfers;
     options.feed = &simulation_.feed();
     options.events = &simulation_.events();
     options.history = history_.get();
@@ -340,6 +352,7 @@ class Daemon::Impl {
   void make_web(const Config& config, const scene::Scene& scene) {
     auto options = web_options(context(config), scene);
     options.incidents = journal_.get();
+    options.max_waiting_bytes = shares_.pages;
     options.crcl_tap = &crcl_tap_;
     options.modbus_tap = &modbus_tap_;
     options.programs = programs_.for_pages();

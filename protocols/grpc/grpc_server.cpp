@@ -23,6 +23,7 @@
 #include "protocols/grpc/calls/call_trace.hpp"
 #include "protocols/grpc/calls/command_waiter.hpp"
 #include "protocols/grpc/calls/connected_clients.hpp"
+#include "protocols/grpc/calls/unread_answers.hpp"
 #include "protocols/grpc/http2/backoff.hpp"
 #include "protocols/grpc/http2/http2_relay.hpp"
 #include "protocols/grpc/services/control_service.hpp"
@@ -114,7 +115,10 @@ void set_up_grpc() {
 class TelemetryServer::Impl {
  public:
   Impl(TelemetryOptions options, api::CommandSink& sink, const api::SnapshotSource& source)
-      : options_(std::move(options)), sink_(sink), source_(source) {
+      : options_(std::move(options)),
+        sink_(sink),
+        source_(source),
+        unread_(options_.max_unread_bytes, options_.write_timeout) {
     if (options_.instance_id.empty()) options_.instance_id = random_instance_id();
     if (!options_.listener.access) {
       options_.listener.access = std::make_shared<protocols::Access>(protocols::AccessRules{});
@@ -140,8 +144,10 @@ class TelemetryServer::Impl {
       return port;
     }
     hub_ = std::make_unique<StreamHub>(source_, options_.feed, options_.max_streams,
-                                       options_.max_backlogs_bytes, options_.write_timeout,
-                                       [this] { report_health(); });
+                                       options_.max_backlogs_bytes, options_.write_timeout, [this] {
+                                         report_health();
+                                         unread_.cancel_stuck(UnreadAnswers::Clock::now());
+                                       });
     event_hub_ = std::make_unique<EventHub>(options_.events, options_.max_event_streams,
                                             options_.write_timeout);
     trajectory_hub_ = std::make_unique<TrajectoryHub>(source_, options_.write_timeout);
@@ -212,6 +218,7 @@ class TelemetryServer::Impl {
     // Outgoing messages pass the gate first, so that the other interceptors see refusals.
     auto interceptors = calls_.interceptors();
     interceptors.insert(interceptors.begin(), gate_->interceptor());
+    interceptors.insert(interceptors.begin(), unread_.interceptor());
     if (options_.listener.trace != nullptr) {
       interceptors.push_back(trace_of_calls(*options_.listener.trace, source_));
     }
@@ -270,6 +277,7 @@ class TelemetryServer::Impl {
   RelayRules rules_;
   Backoff backoff_;
   CallCounter calls_;
+  UnreadAnswers unread_;
   ConnectedClients clients_;
   std::unique_ptr<CallGate> gate_;
   std::unique_ptr<Service> service_;

@@ -392,6 +392,10 @@ Result<void> check_body(const api::SceneCommand& command, const CellNames& cell)
 }
 
 Result<void> check_name(const std::string& name) {
+  // Lists have a line for each name.
+  const bool printable = std::ranges::none_of(
+      name, [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; });
+  if (!printable) return bad("name", "a name with control characters, must be one line of text");
   if (!name.empty() && name.size() <= api::kMaxStateName) return {};
   return bad("name", "a name of " + std::to_string(name.size()) + " bytes, must have 1 to " +
                          std::to_string(api::kMaxStateName));
