@@ -1,9 +1,11 @@
 #pragma once
 
+#include "tests/support/sanitizers.hpp"
+
 namespace aprsim::test {
 
 /// Factor on deadlines of the wall clock: sanitizers take their time.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef APRSIM_SANITIZED
 inline constexpr int kPatience = 10;
 #else
 inline constexpr int kPatience = 1;
