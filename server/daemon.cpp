@@ -303,27 +303,18 @@ class Daemon::Impl {
     for (std::size_t i = 0; i < scene.robots.size(); ++i) {
       const std::string& name = scene.robots[i].name;
       const int index = static_cast<int>(i);
-<<<<<<< HEAD
-      robots.push_back({name,
-                        std::make_unique<crcl_server::CrclServer>(
-                            with_tap(crcl_options(shared, index, name), config, crcl_tap_),
-                            simulation_, simulation_),
-                        std::make_unique<vision_server::VisionServer>(
-                            vision_options(shared, index, name), simulation_),
-                        nullptr});
-      if (!scene.robots[i].simple_message) continue;
-      robots.back().simple_message = std::make_unique<simple_message::SimpleMessageServer>(
-          with_tap(simple_message_options(shared, index, scene.robots[i]), config, crcl_tap_),
-          simulation_, simulation_);
-=======
       auto crcl = with_tap(crcl_options(shared, index, name), config, crcl_tap_);
       crcl.max_unfinished_bytes = shares_.documents / scene.robots.size();
       robots.push_back(
           {name,
            std::make_unique<crcl_server::CrclServer>(std::move(crcl), simulation_, simulation_),
            std::make_unique<vision_server::VisionServer>(vision_options(shared, index, name),
-                                                         simulation_)});
->>>>>>> outside
+                                                         simulation_),
+           nullptr});
+      if (!scene.robots[i].simple_message) continue;
+      robots.back().simple_message = std::make_unique<simple_message::SimpleMessageServer>(
+          with_tap(simple_message_options(shared, index, scene.robots[i]), config, crcl_tap_),
+          simulation_, simulation_);
     }
     return robots;
   }

@@ -4,21 +4,9 @@
 
 namespace aprsim::test {
 
-<<<<<<< HEAD
-/// Whether sanitizers take time and memory of their own. GCC has macros, clang features.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-inline constexpr bool kSanitized = true;
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-inline constexpr bool kSanitized = true;
-=======
-/// Factor on deadlines of the wall clock: sanitizers take their time.
+/// Whether sanitizers take time and memory of their own.
 #ifdef APRSIM_SANITIZED
-inline constexpr int kPatience = 10;
->>>>>>> checks
-#else
-inline constexpr bool kSanitized = false;
-#endif
+inline constexpr bool kSanitized = true;
 #else
 inline constexpr bool kSanitized = false;
 #endif
