@@ -73,7 +73,7 @@ void RobotController::reset(const JointVector& q_actual) {
   if (!retreating()) stop_from(q_actual);
 }
 
-void RobotController::execute(const api::EndRobot&, const JointVector&) {
+void RobotController::execute(const api::EndProgram&, const JointVector&) {
   // A client that leaves does not stop the motion of another one.
   if (s_.stream.active()) return s_.command.complete();
   brake(Brake::kSet);
