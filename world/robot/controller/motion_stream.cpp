@@ -282,7 +282,9 @@ void MotionStream::stopped(const std::string& why, MotionGenerator& motion) {
 api::StreamPhase MotionStream::phase(const MotionGenerator& motion) const {
   if (!active()) return api::StreamPhase::kNone;
   if (motion.stream_paused()) return api::StreamPhase::kPaused;
-  if (motion.stream_left() > 0 || delayed_ || goal_.active) return api::StreamPhase::kMoving;
+  // A stream that is to be released ends in the next step.
+  const bool ends = goal_.active || release_when_done_;
+  if (motion.stream_left() > 0 || delayed_ || ends) return api::StreamPhase::kMoving;
   return motion.at_rest() ? api::StreamPhase::kReady : api::StreamPhase::kStopping;
 }
 

@@ -19,7 +19,7 @@ namespace aprsim::robot {
 /// is MotionGenerator's. A copyable value; a step allocates only where a stream ends. Thread: sim.
 class MotionStream {
  public:
-  /// What it moves.
+  /// The arm and the motion of a stream.
   struct Arm {
     const EquippedArm& equipped;
     const Eigen::Vector3d& gravity_B;

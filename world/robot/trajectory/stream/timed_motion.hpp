@@ -56,7 +56,7 @@ class TimedMotion {
   [[nodiscard]] std::uint64_t left() const { return left_; }
   [[nodiscard]] std::uint64_t done() const { return done_; }
   [[nodiscard]] SimTime time() const { return time_; }
-  /// Of the last point that was accepted.
+  /// Time of the last point that was accepted.
   [[nodiscard]] SimTime end_time() const { return end_time_; }
   /// Rate of the time, 0..1.
   [[nodiscard]] double rate() const { return rate_; }

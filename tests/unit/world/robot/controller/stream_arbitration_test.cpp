@@ -86,7 +86,7 @@ TEST_F(Streams, CommandsThatMoveAreBusyAndTheStreamGoesOn) {
     EXPECT_EQ(rig.controller().status().kind, api::kind_of(action));
     EXPECT_EQ(rig.motion().phase, Phase::kMoving);
   }
-  rig.apply(api::EndRobot{});
+  rig.apply(api::EndProgram{});
   rig.finish();
   EXPECT_EQ(values_of(rig.controller().reference()), all.back().position_rad);
   ASSERT_EQ(rig.send(api::ReleaseMotion{rig.stream}), "");
