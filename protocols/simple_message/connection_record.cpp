@@ -37,7 +37,7 @@ void ConnectionRecord::tap(bool from_client, std::string_view bytes, std::string
   event.time = std::chrono::system_clock::now();
   if (!fault.empty()) event.state = fault;
   if (!from_client && !event.poll) event.latency_s = since.count();
-  tap->note(std::move(event));
+  tap->record(std::move(event));
 }
 
 }  // namespace aprsim::simple_message
