@@ -42,7 +42,7 @@ namespace aprsim::server {
 namespace {
 
 constexpr std::chrono::milliseconds kCellLogPeriod{200};
-/// Of Simple Message: motion, state and gripper.
+/// Ports of Simple Message: motion, state and gripper.
 constexpr std::uint64_t kPortsOfRobot = 3;
 
 /// Throws std::runtime_error where there is no directory for the journal's files.

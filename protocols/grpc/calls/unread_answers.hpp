@@ -33,7 +33,7 @@ class UnreadAnswers {
 
   /// Cancels the calls whose message has waited for the timeout.
   void cancel_stuck(Clock::time_point now);
-  /// Of all messages of calls that are not cancelled, and of these calls.
+  /// Size of all messages of calls that are not cancelled, and of these calls.
   [[nodiscard]] std::size_t bytes() const;
 
   // For the interceptor.
