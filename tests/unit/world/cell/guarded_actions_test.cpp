@@ -14,7 +14,7 @@ namespace {
 using api::GuardLimit;
 using api::SignalKind;
 
-const char* const kGear = "part_large_gear_1";
+const char* const kGuardedGear = "part_large_gear_1";
 
 api::Guard guard(api::Signal signal, GuardLimit limit, double value) {
   api::Guard out;
@@ -32,8 +32,9 @@ class OverAGear : public testing::Test {
   OverAGear() : cell_(load_scene("aprs")) {
     const auto& robot = cell_.world.description()->robots[0];
     X_RW_ = (robot.X_WB.isometry() * robot.X_BR.isometry()).inverse();
-    peg_W_ = cell_.X_WB(kGear) *
-             Eigen::Vector3d(0, 0, cell_.world.description()->bodies[cell_.body(kGear)].peg_top_m);
+    peg_W_ = cell_.X_WB(kGuardedGear) *
+             Eigen::Vector3d(0, 0,
+                             cell_.world.description()->bodies[cell_.body(kGuardedGear)].peg_top_m);
     cell_.act(0, api::InitRobot{});
     cell_.act(0, api::SetGripper{0});
     cell_.act(0, to(0.02));

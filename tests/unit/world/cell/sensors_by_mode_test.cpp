@@ -16,7 +16,7 @@ using scene::Simplification;
 
 constexpr std::size_t kBeams = 4;
 constexpr std::size_t kCamera = 1;  // the Motoman's, over the belt
-constexpr const char* kTray = "small_gear_vessel_2";
+constexpr const char* kSensedTray = "small_gear_vessel_2";
 
 /// The default cell with a camera that sees more of the belt and a curtain across the belt,
 /// upstream of that: beams through the trays, through the gears' discs, through their pegs and
@@ -66,7 +66,7 @@ class SensorsByMode : public testing::TestWithParam<Simplification> {};
 // The belt takes a tray with gears through the curtain and before the camera, and stops.
 TEST_P(SensorsByMode, SeeTheSame) {
   CellScript full = cell(Simplification::kOff), simplified = cell(GetParam());
-  const std::size_t tray = full.body(kTray);
+  const std::size_t tray = full.body(kSensedTray);
   const bool at_start = sees(full.now.robots[kCamera].vision, tray);
   const auto expected =
       GetParam() == Simplification::kMerge ? api::GroupKind::kMerged : api::GroupKind::kDormant;

@@ -16,7 +16,7 @@ namespace {
 using Result = api::StreamResult;
 using std::chrono::milliseconds;
 
-constexpr int kFanuc = 0, kMotoman = 1;
+constexpr int kFirstArm = 0, kSecondArm = 1;
 
 class TrajectoryCommands : public testing::Test {
  protected:
@@ -57,7 +57,7 @@ class TrajectoryCommands : public testing::Test {
 };
 
 TEST_F(TrajectoryCommands, TheArmsFollowWithoutACrclSession) {
-  for (const int index : {kFanuc, kMotoman}) {
+  for (const int index : {kFirstArm, kSecondArm}) {
     ASSERT_FALSE(robot(index).initialized);
     const double home = robot(index).joints[0].position_rad;
     ASSERT_EQ(send(index, swing(index, 0.4)), "");
@@ -78,95 +78,98 @@ TEST_F(TrajectoryCommands, TheArmsFollowWithoutACrclSession) {
 }
 
 TEST_F(TrajectoryCommands, ACommandOfCrclIsBusyMeanwhile) {
-  ASSERT_EQ(send(kFanuc, swing(kFanuc, 0.4)), "");
+  ASSERT_EQ(send(kFirstArm, swing(kFirstArm, 0.4)), "");
   cell.advance(100);
-  EXPECT_THROW(cell.act(kFanuc, api::InitRobot{}), std::runtime_error);
-  EXPECT_EQ(robot(kFanuc).action.state, api::ActionState::kError);
-  EXPECT_NE(robot(kFanuc).action.description.find("busy: tester has the robot"), std::string::npos);
-  EXPECT_EQ(robot(kFanuc).motion.phase, api::StreamPhase::kMoving);
-  cell.act(kMotoman, api::InitRobot{});
+  EXPECT_THROW(cell.act(kFirstArm, api::InitRobot{}), std::runtime_error);
+  EXPECT_EQ(robot(kFirstArm).action.state, api::ActionState::kError);
+  EXPECT_NE(robot(kFirstArm).action.description.find("busy: tester has the robot"),
+            std::string::npos);
+  EXPECT_EQ(robot(kFirstArm).motion.phase, api::StreamPhase::kMoving);
+  cell.act(kSecondArm, api::InitRobot{});
   cell.advance(2000);
-  EXPECT_EQ(last_end(kFanuc).result, Result::kSuccessful);
-  cell.act(kFanuc, api::InitRobot{});
+  EXPECT_EQ(last_end(kFirstArm).result, Result::kSuccessful);
+  cell.act(kFirstArm, api::InitRobot{});
 }
 
 TEST_F(TrajectoryCommands, GuardsOfABusyCommandDoNotStopTheStream) {
-  ASSERT_EQ(send(kFanuc, swing(kFanuc, 0.4)), "");
+  ASSERT_EQ(send(kFirstArm, swing(kFirstArm, 0.4)), "");
   cell.advance(100);
   const api::Guard at_once{
       .signal = {api::SignalKind::kForceR, 2, false}, .value = -1e6, .label = "g"};
-  EXPECT_THROW(cell.act(kFanuc, api::MoveJoints{{{.joint = 0, .position_rad = 1}}}, 1, {at_once}),
-               std::runtime_error);
+  EXPECT_THROW(
+      cell.act(kFirstArm, api::MoveJoints{{{.joint = 0, .position_rad = 1}}}, 1, {at_once}),
+      std::runtime_error);
   cell.advance(2000);
-  EXPECT_EQ(last_end(kFanuc).result, Result::kSuccessful) << last_end(kFanuc).text;
+  EXPECT_EQ(last_end(kFirstArm).result, Result::kSuccessful) << last_end(kFirstArm).text;
 }
 
 TEST_F(TrajectoryCommands, StopMotionEndsTheStream) {
-  ASSERT_EQ(send(kMotoman, swing(kMotoman, 0.4)), "");
+  ASSERT_EQ(send(kSecondArm, swing(kSecondArm, 0.4)), "");
   cell.advance(500);
-  cell.act(kMotoman, api::StopMotion{});
-  EXPECT_EQ(last_end(kMotoman).result, Result::kStopped);
-  EXPECT_EQ(last_end(kMotoman).text, "stopped by StopMotion");
-  EXPECT_FALSE(robot(kMotoman).moving);
-  EXPECT_EQ(robot(kMotoman).motion.alarm, "");
+  cell.act(kSecondArm, api::StopMotion{});
+  EXPECT_EQ(last_end(kSecondArm).result, Result::kStopped);
+  EXPECT_EQ(last_end(kSecondArm).text, "stopped by StopMotion");
+  EXPECT_FALSE(robot(kSecondArm).moving);
+  EXPECT_EQ(robot(kSecondArm).motion.alarm, "");
 }
 
 TEST_F(TrajectoryCommands, AStartInThePastIsRefusedAndOneInTheFutureWaits) {
   cell.advance(100);
-  auto goal = swing(kFanuc, 0.1);
+  auto goal = swing(kFirstArm, 0.1);
   goal.start = milliseconds(99);
-  EXPECT_NE(send(kFanuc, goal), "");
-  EXPECT_EQ(last_end(kFanuc).result, Result::kOldHeaderTimestamp);
+  EXPECT_NE(send(kFirstArm, goal), "");
+  EXPECT_EQ(last_end(kFirstArm).result, Result::kOldHeaderTimestamp);
   goal.start = milliseconds(150);
-  ASSERT_EQ(send(kFanuc, goal), "");
+  ASSERT_EQ(send(kFirstArm, goal), "");
   cell.advance(50);
-  EXPECT_EQ(robot(kFanuc).motion.time, SimTime(0));
+  EXPECT_EQ(robot(kFirstArm).motion.time, SimTime(0));
   cell.advance(1);
   EXPECT_EQ(cell.world.time(), milliseconds(151));
-  EXPECT_EQ(robot(kFanuc).motion.time, milliseconds(1));
+  EXPECT_EQ(robot(kFirstArm).motion.time, milliseconds(1));
 }
 
 TEST_F(TrajectoryCommands, AnInjectedStopEndsTheStreamAndIsAnAlarm) {
   for (const char* kind : {"robot-emergency-stop", "robot-breakdown", "protective-stop"}) {
     cell.world = world::World(load_scene("aprs"), 1);
     cell.world.write(cell.now);
-    ASSERT_EQ(send(kFanuc, swing(kFanuc, 0.4)), "") << kind;
+    ASSERT_EQ(send(kFirstArm, swing(kFirstArm, 0.4)), "") << kind;
     cell.advance(300);
     const api::InjectFault fault{
         .kind = kind, .target = "fanuc", .parameters = {}, .trigger = {}, .duration = {}};
     const auto injected = cell.world.apply(++ticket, api::FaultCommand(fault));
     ASSERT_TRUE(injected) << injected.error().message;
     cell.advance(600);
-    EXPECT_EQ(last_end(kFanuc).result, Result::kStopped) << kind;
-    EXPECT_EQ(robot(kFanuc).motion.alarm, last_end(kFanuc).text) << kind;
-    EXPECT_NE(send(kFanuc, swing(kFanuc, 0.1)).find("alarm: "), std::string::npos) << kind;
+    EXPECT_EQ(last_end(kFirstArm).result, Result::kStopped) << kind;
+    EXPECT_EQ(robot(kFirstArm).motion.alarm, last_end(kFirstArm).text) << kind;
+    EXPECT_NE(send(kFirstArm, swing(kFirstArm, 0.1)).find("alarm: "), std::string::npos) << kind;
   }
 }
 
 TEST_F(TrajectoryCommands, ATouchStopsAndAResetGoesOn) {
   scene::Scene scene = *load_scene("aprs");
-  const auto& base = scene.robots[kFanuc].X_WB;
+  const auto& base = scene.robots[kFirstArm].X_WB;
   Pose X_WS;
   X_WS.p = base.p + base.q * Eigen::Vector3d(0.35 * std::cos(0.6), 0.35 * std::sin(0.6), 0.69);
   scene.fixed.push_back({"post", {0.05, 0.05, 0.3}, X_WS});
   cell.world = world::World(std::make_shared<const scene::Scene>(std::move(scene)), 1);
   cell.world.write(cell.now);
-  ASSERT_EQ(send(kFanuc, swing(kFanuc, 2, 6)), "");
-  for (int step = 0; step < 4000 && !robot(kFanuc).protective_stop; ++step) cell.advance();
-  ASSERT_TRUE(robot(kFanuc).protective_stop);
-  EXPECT_EQ(last_end(kFanuc).result, Result::kStopped);
-  EXPECT_NE(last_end(kFanuc).text.find("touches post"), std::string::npos) << last_end(kFanuc).text;
-  EXPECT_EQ(robot(kFanuc).motion.alarm, last_end(kFanuc).text);
-  auto back = swing(kFanuc, -0.1);
+  ASSERT_EQ(send(kFirstArm, swing(kFirstArm, 2, 6)), "");
+  for (int step = 0; step < 4000 && !robot(kFirstArm).protective_stop; ++step) cell.advance();
+  ASSERT_TRUE(robot(kFirstArm).protective_stop);
+  EXPECT_EQ(last_end(kFirstArm).result, Result::kStopped);
+  EXPECT_NE(last_end(kFirstArm).text.find("touches post"), std::string::npos)
+      << last_end(kFirstArm).text;
+  EXPECT_EQ(robot(kFirstArm).motion.alarm, last_end(kFirstArm).text);
+  auto back = swing(kFirstArm, -0.1);
   back.reset = true;
-  EXPECT_NE(send(kFanuc, back), "") << "it still retreats";
+  EXPECT_NE(send(kFirstArm, back), "") << "it still retreats";
   cell.advance(3000);
-  back = swing(kFanuc, -0.1);
+  back = swing(kFirstArm, -0.1);
   back.reset = true;
-  ASSERT_EQ(send(kFanuc, back), "");
-  EXPECT_FALSE(robot(kFanuc).protective_stop);
+  ASSERT_EQ(send(kFirstArm, back), "");
+  EXPECT_FALSE(robot(kFirstArm).protective_stop);
   cell.advance(2500);
-  EXPECT_EQ(last_end(kFanuc).result, Result::kSuccessful) << last_end(kFanuc).text;
+  EXPECT_EQ(last_end(kFirstArm).result, Result::kSuccessful) << last_end(kFirstArm).text;
 }
 
 TEST_F(TrajectoryCommands, TheLightCurtainStopsAStream) {
@@ -174,32 +177,32 @@ TEST_F(TrajectoryCommands, TheLightCurtainStopsAStream) {
   scene.light_curtain->reaction = api::CurtainReaction::kAll;
   cell.world = world::World(std::make_shared<const scene::Scene>(std::move(scene)), 1);
   cell.world.write(cell.now);
-  ASSERT_EQ(send(kMotoman, swing(kMotoman, 0.4)), "");
+  ASSERT_EQ(send(kSecondArm, swing(kSecondArm, 0.4)), "");
   cell.advance(300);
   api::Intruder person;
   person.X_WI.p = {0, -1.75, 0.9};
   person.size_m = {0.5, 0.3, 1.8};
   cell.world.apply(++ticket, api::SetIntruder{person});
   cell.advance(1);
-  EXPECT_EQ(last_end(kMotoman).result, Result::kStopped);
-  EXPECT_NE(robot(kMotoman).motion.alarm.find("light curtain"), std::string::npos);
+  EXPECT_EQ(last_end(kSecondArm).result, Result::kStopped);
+  EXPECT_NE(robot(kSecondArm).motion.alarm.find("light curtain"), std::string::npos);
   cell.advance(1000);
   // A reset while it is broken stops again at once.
   api::ClaimMotion claim{"tester", api::StreamMode::kTimed, true};
-  send(kMotoman, claim);
-  EXPECT_EQ(robot(kMotoman).motion.stream, 0U);
-  EXPECT_NE(robot(kMotoman).motion.alarm, "");
+  send(kSecondArm, claim);
+  EXPECT_EQ(robot(kSecondArm).motion.stream, 0U);
+  EXPECT_NE(robot(kSecondArm).motion.alarm, "");
 }
 
 TEST_F(TrajectoryCommands, ASavedStateContinuesElsewhereBitForBit) {
-  ASSERT_EQ(send(kMotoman, swing(kMotoman, 0.5)), "");
-  ASSERT_EQ(send(kFanuc, api::ClaimMotion{"moves", api::StreamMode::kMoves}), "");
+  ASSERT_EQ(send(kSecondArm, swing(kSecondArm, 0.5)), "");
+  ASSERT_EQ(send(kFirstArm, api::ClaimMotion{"moves", api::StreamMode::kMoves}), "");
   const api::Ticket moves = ticket;
   for (const double q0 : {0.4, -0.2}) {
     std::vector<double> q(6, 0.0);
     q[0] = q0;
     q[4] = -1.2;
-    ASSERT_EQ(send(kFanuc, api::AppendMove{moves, q, 0.3, 0.5, 4}), "");
+    ASSERT_EQ(send(kFirstArm, api::AppendMove{moves, q, 0.3, 0.5, 4}), "");
   }
   cell.advance(321);
   const world::WorldState saved = cell.world.save();
@@ -216,8 +219,8 @@ TEST_F(TrajectoryCommands, ASavedStateContinuesElsewhereBitForBit) {
   }
   EXPECT_EQ(world::to_bytes(other.save()), world::to_bytes(cell.world.save()));
   cell.world.write(cell.now);
-  EXPECT_EQ(last_end(kMotoman).result, Result::kSuccessful);
-  EXPECT_EQ(robot(kFanuc).motion.points_done, 2U);
+  EXPECT_EQ(last_end(kSecondArm).result, Result::kSuccessful);
+  EXPECT_EQ(robot(kFirstArm).motion.points_done, 2U);
 }
 
 }  // namespace
