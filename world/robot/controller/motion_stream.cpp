@@ -123,10 +123,10 @@ Result<void> MotionStream::apply(const api::AppendMove& command, const Arm& arm)
   if (!chain->running() && !arm.motion.at_rest()) {
     return not_now("moves", "the robot is still stopping");
   }
-  const bool stands = !chain->running();
-  if (!stands && chain->waiting() >= command.max_waiting) {
+  // The first move counts as the present one, also before the step that begins it.
+  if (chain->left() > command.max_waiting) {
     return fail(ErrorCode::kUnavailable, "moves",
-                std::to_string(chain->waiting()) + " moves wait, the limit is " +
+                std::to_string(chain->left() - 1) + " moves wait, the limit is " +
                     std::to_string(command.max_waiting));
   }
   const auto size = static_cast<std::size_t>(arm.equipped.model().dof());
