@@ -86,12 +86,12 @@ int run(int argc, char** argv) {
   const sensors::LightCurtain curtain(*cell.scene().light_curtain);
   double sum = 0;
   const auto measure = [&] { sum += curtain.measure(cell.occluders().all()).distance_m[0]; };
-  record("curtain_clear", "light curtain, clear", cost_us(rounds, look), 10);
+  record("curtain_clear", "light curtain, clear", cost_us(rounds, measure), 10);
   api::Intruder person;
   person.X_WI.p = {0, -1.75, 0.9};
   person.size_m = {0.5, 0.3, 1.8};
   cell.gather(person);
-  record("curtain_broken", "light curtain, a person in it", cost_us(rounds, look), 10);
+  record("curtain_broken", "light curtain, a person in it", cost_us(rounds, measure), 10);
   cell.gather({});
 
   const auto& robot = cell.scene().robots[0];
