@@ -53,7 +53,7 @@ TEST_F(Report, NumbersHaveTheDigitsThatCarryMeaning) {
 TEST_F(Report, NamesTheCommanderOfAStreamedMotion) {
   TestClient client(port_);
   const crcl::Status before = client.status();
-  EXPECT_EQ(before.command.description, std::nullopt);
+  EXPECT_EQ(before.command.description, "");
   world_.publish([](api::Snapshot& next) {
     next.robots[0].motion.source = api::MotionSource::kStream;
     next.robots[0].motion.commander = "driver 10.0.0.2:4312";
@@ -63,7 +63,7 @@ TEST_F(Report, NamesTheCommanderOfAStreamedMotion) {
             "driver 10.0.0.2:4312 has the robot by a stream of motions");
   EXPECT_EQ(during.command.state, before.command.state);
   world_.publish([](api::Snapshot& next) { next.robots[0].motion = {}; });
-  EXPECT_EQ(client.status().command.description, std::nullopt);
+  EXPECT_EQ(client.status().command.description, "");
 }
 
 TEST_F(Report, UnitsBelongToTheConnection) {

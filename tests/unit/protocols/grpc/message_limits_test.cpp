@@ -152,7 +152,7 @@ struct Download {
 };
 
 TEST_F(MessageLimits, DownloadsAreBoundedTogether) {
-  constexpr std::size_t kBytes = 500'000;  // more than flow control sends at once
+  constexpr std::size_t kBytes = 2'000'000;  // more than flow control sends at once
   OneFile files(kBytes);
   grpc_server::TelemetryOptions options;
   options.state_files = &files;

@@ -135,7 +135,7 @@ TEST_F(ProgramsTest, OneThatDoesNotEndIsKilledWithItsChildren) {
 }
 
 TEST_F(ProgramsTest, AFloodIsHeldBackAndHarmsNothing) {
-  with({shell("floods", "yes '{\"what\": \"more\"}'"), shell("shouts", "yes 'not even JSON'")});
+  with({shell("floods", "yes '{\"event\": \"more\"}'"), shell("shouts", "yes 'not even JSON'")});
   for (const char* name : {"floods", "shouts"}) {
     ASSERT_TRUE(programs->start(name, {}));
     ASSERT_TRUE(eventually([&] { return programs->status()->lines.size() == 100; }));

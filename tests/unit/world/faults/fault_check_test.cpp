@@ -112,7 +112,7 @@ TEST(FaultCheck, TimesAreNotNegativeAndMomentaryKindsHaveNone) {
   }
   auto stop = request("protective-stop", "fanuc");
   stop.duration = std::chrono::seconds(3);
-  EXPECT_NE(why_refused(stop).find("is over at once, but a duration of 3 s"), std::string::npos);
+  EXPECT_NE(why_refused(stop).find("is momentary, but a duration of 3 s"), std::string::npos);
 }
 
 TEST(FaultCheck, ATriggerNeedsItsObject) {

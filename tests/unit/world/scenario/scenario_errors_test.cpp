@@ -73,7 +73,7 @@ INSTANTIATE_TEST_SUITE_P(
     All, ScenarioErrors,
     testing::Values(
         Wrong{"unknown_key", "stop:", "@halt: 3\nstop:", "halt", "found an unknown key"},
-        Wrong{"no_scene", "scene: aprs\n", "scene: @mars\n", "scene", "found a scene that cannot"},
+        Wrong{"no_scene", "scene: aprs\n", "scene: @mars\n", "scene", "found an invalid scene"},
         Wrong{"nothing_to_remove", "[part_small_gear_8]", "[@part_9]", "remove[0]",
               "found \"part_9\", expected the name of a tray or gear in the scene"},
         Wrong{"supply_of_no_type", "type: sku_small_gear_vessel", "type: @bucket", "supply[0].type",

@@ -127,8 +127,8 @@ TEST(TraceComparison, ReportsDifferentCommands) {
 
 TEST(TraceComparison, ReportsDifferentResults) {
   EXPECT_EQ(first(changed([](Job& job) { job.late_s = 0.8; })),
-            "fanuc, command 5 MoveTo: comes 0.80 s later (0.800 s, was 0.000 s, after what was "
-            "before)");
+            "fanuc, command 5 MoveTo: comes 0.80 s later (0.800 s, was 0.000 s, after the "
+            "previous action)");
   EXPECT_EQ(first(changed([](Job& job) { job.end_x_mm = 409; })),
             "fanuc, command 5 MoveTo: ends with tool x 2.00 mm nearer (409.00 mm, was 411.00 mm)");
   EXPECT_EQ(first(changed([](Job& job) { job.end = "CRCL_Error"; })),
