@@ -28,7 +28,8 @@ class RawClient : public test::TcpSocket {
   /// One whole reply, or nothing when the connection ends or the time is up.
   std::optional<Bytes> receive(std::chrono::milliseconds within = 5s * test::kPatience);
   /// One request and its reply.
-  std::optional<Bytes> ask(const Bytes& frame, std::chrono::milliseconds within = 5s * test::kPatience);
+  std::optional<Bytes> ask(const Bytes& frame,
+                           std::chrono::milliseconds within = 5s * test::kPatience);
 
  private:
   static std::string_view text(const Bytes& bytes) {
