@@ -1,12 +1,16 @@
 // The site of docs/build, as the daemon serves it: no complaint of the browser, search, the page's links.
 import assert from 'node:assert/strict';
-import {after, before, test} from 'node:test';
+import {after, afterEach, before, test} from 'node:test';
 import {Daemon, openBrowser, stopAll, until} from './harness.mjs';
 
 let browser, daemon;
 before(async () => {
   daemon = await Daemon.start();
   browser = await openBrowser();
+});
+// A context keeps its connections, of which the daemon has a limited number.
+afterEach(async () => {
+  for (const context of browser.contexts()) await context.close();
 });
 after(async () => {
   await browser?.close();
@@ -65,6 +69,7 @@ test('the page links to the documents', async () => {
 
 test('each panel links to the documents that explain it', async () => {
   const page = await open('');
+  await page.getByRole('tab').first().waitFor();
   const tabs = await page.getByRole('tab').all();
   assert.equal(tabs.length, 7);
   for (const tab of tabs) {
