@@ -262,7 +262,8 @@ TEST(RealCell, TheMotomanReachesRandomGoals) {
   }
   EXPECT_GT(busy, 0);
   EXPECT_EQ(control(client, MotionCommand::kStopTrajectoryMode).result, 0);
-  EXPECT_EQ(cell.robot(kMotoman).motion.source, api::MotionSource::kNone);
+  EXPECT_TRUE(
+      eventually([&] { return cell.robot(kMotoman).motion.source == api::MotionSource::kNone; }));
 }
 
 TEST(RealCell, EveryIncrementIsWithinAPulseOfTheCubic) {

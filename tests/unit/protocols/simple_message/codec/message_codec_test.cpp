@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <ostream>
 #include <span>
 #include <string>
 #include <vector>
@@ -32,6 +33,7 @@ struct SizeCase {
   MessageType type;
   std::size_t body;
 };
+void PrintTo(const SizeCase& shown, std::ostream* out) { *out << shown.name; }
 
 class RequestSize : public ::testing::TestWithParam<SizeCase> {};
 
