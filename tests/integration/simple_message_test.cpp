@@ -112,7 +112,7 @@ TEST(SimpleMessageDaemon, ARunOverItsPortsIsTheSameAgain) {
                   std::chrono::seconds(300));
   const auto found = nlohmann::json::parse(again.out);
   EXPECT_EQ(again.exit_code, 0) << again.out;
-  EXPECT_GT(found["replies"], 100) << again.out;
+  EXPECT_GT(found["replies"], 20) << again.out;
 
   // A state with another joint is found.
   auto reader = journal::JournalReader::open(file);
