@@ -136,7 +136,9 @@ class FollowTest(WithCell):
             with self.assertRaisesRegex(RobotError, "busy: .* has the robot"):
                 other.robot("fanuc").take()
             self.assertIn("has the robot by a stream", other.robot("fanuc").status().description or "")
-            other.robot("fanuc").stop()
+            # The refused command left the robot's commands in error until InitCanon. A stop acts.
+            with self.assertRaisesRegex(RobotError, "In error until InitCanon"):
+                other.robot("fanuc").stop()
         follower.join(60 * PATIENCE)
         self.assertEqual([error.result for error in failures], ["STOPPED"])
         self.assertEqual(self.cell.snapshot().robot("fanuc").commander, "")
