@@ -21,7 +21,12 @@ async function open(path) {
   const page = await (await browser.newContext({viewport: {width: 1280, height: 800}})).newPage();
   page.complaints = [];
   page.on('console', (message) => {
-    if (['error', 'warning'].includes(message.type())) page.complaints.push(message.text());
+    // The browser asks for an icon of the host on its own now and then.
+    const {url} = message.location();
+    if (url.endsWith('/favicon.ico')) return;
+    if (['error', 'warning'].includes(message.type())) {
+      page.complaints.push(`${message.text()} ${url}`);
+    }
   });
   page.on('pageerror', (error) => page.complaints.push(String(error)));
   page.on('requestfailed', (request) => page.complaints.push(request.url()));
