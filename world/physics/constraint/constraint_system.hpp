@@ -49,10 +49,9 @@ struct RowForce {
   }
 };
 
-/// Some bodies with the joints and contacts between them, advanced together by one step:
-/// forces, gravity and gyroscopic torque change the velocities first, ContactSolver finds the
-/// impulses, then the poses follow from the new velocities (semi-implicit Euler). No call allocates
-/// after warm-up.
+/// Some bodies with the joints and contacts between them, advanced together by one step: forces
+/// and gravity change the velocities first, ContactSolver finds the impulses, then each body moves
+/// freely over the step (docs/contact_solver.md). No call allocates after warm-up.
 class ConstraintSystem {
  public:
   /// Empties the system. `residual_m_s`: see scene::Physics.
