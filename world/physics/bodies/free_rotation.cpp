@@ -59,14 +59,6 @@ bool is_round(const Matrix3d& inertia_B) {
   return z == 0 && std::abs(inertia_B(0, 0) - inertia_B(1, 1)) <= 1e-15 * inertia_B(0, 0);
 }
 
-/// Rotation by a rotation vector.
-Quaterniond rotation_by(const Vector3d& turn) {
-  const double half = 0.5 * turn.norm();
-  const double sinc = half < 1e-4 ? 1 - half * half / 6 : std::sin(half) / half;
-  const Vector3d v = 0.5 * sinc * turn;
-  return {std::cos(half), v.x(), v.y(), v.z()};
-}
-
 /// The motion of a symmetric top in closed form (Euler): a precession about the angular momentum,
 /// and a spin about the axis of symmetry.
 Quaterniond round_rotation(const Matrix3d& inertia_B, const Vector3d& omega_B, double step_s) {
@@ -77,6 +69,13 @@ Quaterniond round_rotation(const Matrix3d& inertia_B, const Vector3d& omega_B, d
 }
 
 }  // namespace
+
+Quaterniond rotation_by(const Vector3d& turn) {
+  const double half = 0.5 * turn.norm();
+  const double sinc = half < 1e-4 ? 1 - half * half / 6 : std::sin(half) / half;
+  const Vector3d v = 0.5 * sinc * turn;
+  return {std::cos(half), v.x(), v.y(), v.z()};
+}
 
 Vector3d mean_free_omega(const Matrix3d& inertia_B, const Quaterniond& q_WB,
                          const Vector3d& omega_W, double step_s) {

@@ -4,6 +4,9 @@
 
 namespace aprsim::physics {
 
+/// Rotation by a rotation vector [rad].
+[[nodiscard]] Eigen::Quaterniond rotation_by(const Eigen::Vector3d& turn);
+
 /// The rotation vector over `step_s` of a body that no torque acts on, divided by the step: its
 /// mean angular velocity [rad/s], in world axes. `inertia_B`: about the centre of mass, in body
 /// axes [kg m^2]; `q_WB`: attitude at the start; `omega_W`: angular velocity there [rad/s].

@@ -350,12 +350,7 @@ void ConstraintSystem::move(const Member& member, const SolverBody& solved) cons
   const Vector3d momentum_W =
       changes ? Vector3d(solved.inertia * member.omega_W) : Vector3d::Zero();
   body.set_position(body.p_W() + step_s_ * v_W);
-  // Rotation by the exponential map of omega over the step.
-  const double half = 0.5 * step_s_, angle = half * member.mean_omega_W.norm();
-  const double sinc = angle < 1e-4 ? 1 - angle * angle / 6 : std::sin(angle) / angle;
-  const Vector3d turn = half * sinc * member.mean_omega_W;
-  body.set_orientation(Eigen::Quaterniond(std::cos(angle), turn.x(), turn.y(), turn.z()) *
-                       body.q_WB());
+  body.set_orientation(rotation_by(step_s_ * member.mean_omega_W) * body.q_WB());
   body.set_velocity(v_W, changes ? omega_of(body, momentum_W) : member.omega_W);
   if (body.is_ballistic()) body.set_omega_gain(gain_W);
 }
