@@ -19,22 +19,11 @@ void GripperValves::follow(const api::Snapshot& snapshot) {
   valves_.close = !is_open;
 }
 
-/// The cell moves a gripper only of a robot that has been initialized since its start; valves need
-/// no such thing. A robot with an error stays as it is.
-void GripperValves::make_ready() {
-  const api::SnapshotPtr now = link_.latest();
-  const api::RobotSnapshot& robot = link_.robot(*now);
-  const bool in_error = robot.protective_stop || !robot.motion.alarm.empty();
-  if (robot.initialized || in_error || robot.motion.source != api::MotionSource::kNone) return;
-  static_cast<void>(link_.submit(api::InitRobot{}));
-}
-
 Result<void> GripperValves::apply(const Valves& valves) {
   const bool acts = moves(valves.open, valves.close, valves.air);
   const bool acted = moves(valves_.open, valves_.close, valves_.air);
   if (acts && !(acted && valves_.open == valves.open)) {
-    make_ready();
-    const auto ticket = link_.submit(api::SetGripper{valves.open ? 1.0 : 0.0});
+    const auto ticket = link_.submit(api::SwitchGripper{valves.open ? 1.0 : 0.0});
     if (!ticket) return tl::unexpected(ticket.error());
     pending_ = *ticket;
   }

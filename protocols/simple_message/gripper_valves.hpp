@@ -32,7 +32,6 @@ class GripperValves {
   /// Adopts what others have commanded.
   void follow(const api::Snapshot& snapshot);
   [[nodiscard]] Result<void> apply(const Valves& valves);
-  void make_ready();
 
   RobotLink& link_;
   Valves valves_;

@@ -61,10 +61,12 @@ APRSIM_FIELDS(JointTolerance, FIELD(position_rad), FIELD(velocity_rad_s))
 APRSIM_FIELDS(FollowTrajectory, FIELD(commander), FIELD(joint_names), FIELD(points), FIELD(start),
               FIELD(path_tolerance), FIELD(goal_tolerance), FIELD(reset),
               FIELD(goal_time_tolerance))
+APRSIM_FIELDS(SwitchGripper, FIELD(setting))
 APRSIM_ALTERNATIVES(TrajectoryAction, "action of a trajectory", ALTERNATIVE(ClaimMotion, claim),
                     ALTERNATIVE(AppendPoints, append_points), ALTERNATIVE(AppendMove, append_move),
                     ALTERNATIVE(StopStream, stop), ALTERNATIVE(PauseStream, pause),
-                    ALTERNATIVE(ReleaseMotion, release), ALTERNATIVE(FollowTrajectory, follow))
+                    ALTERNATIVE(ReleaseMotion, release), ALTERNATIVE(FollowTrajectory, follow),
+                    ALTERNATIVE(SwitchGripper, switch_gripper))
 APRSIM_FIELDS(TrajectoryCommand, FIELD(robot), INLINED(action))
 
 APRSIM_FIELDS(ConveyorCommand, FIELD(run), FIELD(forward), FIELD(speed_m_s), FIELD(emergency_stop),

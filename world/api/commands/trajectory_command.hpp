@@ -120,8 +120,14 @@ struct FollowTrajectory {
   SimTime goal_time_tolerance{};  ///< after the last point's time; 0 = waits for the goal
 };
 
+/// Switches the valves of the gripper, as outputs of the controller do: beside any motion, of an
+/// uninitialized or faulty robot too, and without a trace in the robot's command status.
+struct SwitchGripper {
+  double setting = 0;  ///< as in SetGripper
+};
+
 using TrajectoryAction = std::variant<ClaimMotion, AppendPoints, AppendMove, StopStream,
-                                      PauseStream, ReleaseMotion, FollowTrajectory>;
+                                      PauseStream, ReleaseMotion, FollowTrajectory, SwitchGripper>;
 
 struct TrajectoryCommand {
   int robot = 0;  ///< index into CellDescription::robots

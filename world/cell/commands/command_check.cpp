@@ -156,9 +156,13 @@ Result<void> check_action(const api::MoveJoints& move, const api::RobotDescripti
   return {};
 }
 
+Result<void> check_gripper(double setting) {
+  if (setting >= 0 && setting <= 1) return {};
+  return bad("setting", "setting is " + std::to_string(setting) + ", must be within 0 to 1");
+}
+
 Result<void> check_action(const api::SetGripper& set, const api::RobotDescription&) {
-  if (set.setting >= 0 && set.setting <= 1) return {};
-  return bad("setting", "setting is " + std::to_string(set.setting) + ", must be within 0 to 1");
+  return check_gripper(set.setting);
 }
 
 Result<void> check_action(const api::SetGripperForce& set, const api::RobotDescription& robot) {
@@ -296,6 +300,8 @@ Result<void> check_stream(const api::FollowTrajectory& follow) {
   }
   return check_points(follow.points);
 }
+
+Result<void> check_stream(const api::SwitchGripper& set) { return check_gripper(set.setting); }
 
 template <typename Action>
 Result<void> check_stream(const Action&) {

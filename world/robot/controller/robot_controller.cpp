@@ -179,21 +179,25 @@ Result<void> RobotController::claim(api::Ticket ticket, const api::ClaimMotion& 
   return {};
 }
 
+Result<void> RobotController::follow(api::Ticket ticket, const api::FollowTrajectory& command,
+                                     std::int64_t delay, const JointVector& q_actual) {
+  if (command.reset && !s_.stream.active() && at_rest()) reset(q_actual);
+  if (auto ok = require_free(); !ok) return ok;
+  return s_.stream.follow(ticket, command, delay, stream_arm());
+}
+
 Result<void> RobotController::apply(api::Ticket ticket, const api::TrajectoryAction& action,
                                     std::int64_t delay, const JointVector& q_actual) {
-  if (const auto* command = std::get_if<api::ClaimMotion>(&action)) {
-    return claim(ticket, *command, q_actual);
-  }
-  if (const auto* command = std::get_if<api::FollowTrajectory>(&action)) {
-    if (command->reset && !s_.stream.active() && at_rest()) reset(q_actual);
-    if (auto ok = require_free(); !ok) return ok;
-    return s_.stream.follow(ticket, *command, delay, stream_arm());
-  }
   return std::visit(
       [&](const auto& command) -> Result<void> {
         using Command = std::decay_t<decltype(command)>;
-        if constexpr (std::is_same_v<Command, api::ClaimMotion> ||
-                      std::is_same_v<Command, api::FollowTrajectory>) {
+        if constexpr (std::is_same_v<Command, api::ClaimMotion>) {
+          return claim(ticket, command, q_actual);
+        } else if constexpr (std::is_same_v<Command, api::FollowTrajectory>) {
+          return follow(ticket, command, delay, q_actual);
+        } else if constexpr (std::is_same_v<Command, api::SwitchGripper>) {
+          s_.gripper_setting = command.setting;
+          s_.gripper_applied = false;
           return {};
         } else {
           return s_.stream.apply(command, stream_arm());

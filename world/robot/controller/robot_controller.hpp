@@ -157,6 +157,8 @@ class RobotController {
   [[nodiscard]] Result<void> require_free() const;
   [[nodiscard]] Result<void> claim(api::Ticket ticket, const api::ClaimMotion& command,
                                    const JointVector& q_actual);
+  [[nodiscard]] Result<void> follow(api::Ticket ticket, const api::FollowTrajectory& command,
+                                    std::int64_t delay, const JointVector& q_actual);
   void reset(const JointVector& q_actual);
   [[nodiscard]] MotionStream::Arm stream_arm() { return {arm(), setup_.gravity_B, s_.motion}; }
 

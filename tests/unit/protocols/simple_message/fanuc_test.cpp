@@ -221,7 +221,7 @@ TEST_F(FanucPorts, GripperSpeaksInWords) {
   EXPECT_EQ(word(3), encode_word(1, ByteOrder::kBig));
   EXPECT_EQ(word(0).size(), 4U);
   EXPECT_EQ(word(3), encode_word(0, ByteOrder::kBig));
-  const auto settings = cell_.actions<api::SetGripper>();
+  const auto settings = cell_.actions<api::SwitchGripper>();
   ASSERT_EQ(settings.size(), 2U);
   EXPECT_EQ(settings[0].setting, 0);
   EXPECT_EQ(settings[1].setting, 1);

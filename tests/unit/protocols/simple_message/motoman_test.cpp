@@ -423,7 +423,7 @@ TEST_F(MotomanPorts, TheValvesMoveTheGripper) {
   SimpleMessageClient client(ports_.gripper);
   const auto settings = [&] {
     std::string text;
-    for (const auto& set : cell_.actions<api::SetGripper>()) text += set.setting > 0 ? "o" : "c";
+    for (const auto& set : cell_.actions<api::SwitchGripper>()) text += set.setting > 0 ? "o" : "c";
     return text;
   };
   EXPECT_EQ(write(client, 10012, 1), 0);

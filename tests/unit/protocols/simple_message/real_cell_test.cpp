@@ -516,6 +516,22 @@ TEST(RealCell, GrippersFollowTheirWires) {
   EXPECT_NEAR(cell.robot(kMotoman).gripper.separation_m, open_motoman, 5e-4);
 }
 
+TEST(RealCell, GrippersNeedNoReadyRobot) {
+  Ports cell;
+  cell.step(100);
+  const api::Ticket move = cell.submit(api::RobotCommand{kFanuc, api::Dwell{}});
+  cell.await(move);
+  cell.step(1);
+  ASSERT_EQ(cell.robot(kFanuc).action.state, api::ActionState::kError) << "not initialized";
+  SimpleMessageClient gripper(cell.ports(kFanuc).gripper);
+  gripper.send_bytes(encode_word(1, ByteOrder::kBig));
+  gripper.take(4);
+  cell.step(1000);
+  EXPECT_LT(cell.robot(kFanuc).gripper.separation_m, 0.006);
+  EXPECT_EQ(cell.robot(kFanuc).action.ticket, move) << "the status shows nothing of it";
+  EXPECT_EQ(cell.robot(kFanuc).action.state, api::ActionState::kError);
+}
+
 TEST(RealCell, GrippersMoveBesideAStream) {
   Ports cell;
   cell.step(100);

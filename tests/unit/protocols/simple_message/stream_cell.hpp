@@ -96,12 +96,12 @@ class StreamCell final : public api::CommandSink, public api::SnapshotSource {
       motion.phase = pause->paused ? api::StreamPhase::kPaused : api::StreamPhase::kMoving;
     } else if (const auto* release = std::get_if<api::ReleaseMotion>(&action)) {
       if (!release->when_done || motion.points_left == 0) motion = {};
+    } else if (const auto* gripper = std::get_if<api::SwitchGripper>(&action)) {
+      robot.gripper.setting = gripper->setting;
     }
   }
   static void apply(api::RobotSnapshot& robot, const api::RobotAction& action) {
-    if (const auto* gripper = std::get_if<api::SetGripper>(&action)) {
-      robot.gripper.setting = gripper->setting;
-    } else if (std::holds_alternative<api::StopMotion>(action)) {
+    if (std::holds_alternative<api::StopMotion>(action)) {
       robot.motion = {};
       robot.drives_on = false;
     }

@@ -74,6 +74,7 @@ std::vector<api::TrajectoryAction> every_trajectory_action() {
           api::PauseStream{7, true},
           api::PauseStream{7, false},
           api::ReleaseMotion{7, true},
+          api::SwitchGripper{kThird},
           api::FollowTrajectory{"driver"},
           api::FollowTrajectory{.commander = "driver",
                                 .joint_names = {"a", "b"},
