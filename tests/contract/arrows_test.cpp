@@ -245,6 +245,7 @@ const std::map<std::string, std::set<std::string>> kArrows = {
     {"world/physics/model",
      {"world/api/snapshot", "world/physics/bodies", "world/physics/gripper",
       "world/physics/simplification"}},
+    {"world/physics/ode", {"world/physics/bodies", "world/physics/engine", "world/scene/model"}},
     {"world/physics/simplification",
      {"world/api/snapshot", "world/physics/bodies", "world/physics/collision/speculative",
       "world/physics/engine", "world/scene/model"}},
@@ -253,7 +254,7 @@ const std::map<std::string, std::set<std::string>> kArrows = {
     {"world/physics/step",
      {"world/api/snapshot", "world/base/simd", "world/physics/bodies",
       "world/physics/collision/speculative", "world/physics/constraint", "world/physics/contacts",
-      "world/physics/engine", "world/physics/model", "world/scene/model"}},
+      "world/physics/engine", "world/physics/model", "world/physics/ode", "world/scene/model"}},
     {"world/robot/controller",
      {"world/api/commands", "world/api/snapshot", "world/api/values", "world/base",
       "world/robot/kinematics", "world/robot/model", "world/robot/planning", "world/robot/servo",
@@ -309,7 +310,7 @@ const std::map<std::string, std::set<std::string>> kArrows = {
 
 /// Headers that only the named folders may see.
 const std::map<std::string, std::set<std::string>> kForeign = {
-    {"<ode/", {"world/physics/bodies"}},
+    {"<ode/", {"world/physics/bodies", "world/physics/ode"}},
     {"<xercesc/", {"crcl"}},
     {"<modbus/", {"protocols/modbus", "clients/wires"}},
     {"<modbus.h", {"protocols/modbus", "clients/wires"}},
