@@ -80,7 +80,7 @@ void record(Experiment& experiment, const std::string& name, const Worst& worst)
 }
 
 void all_modes(Experiment& experiment) {
-  const int turns = experiment.quick() ? 12 : 1000;
+  const int turns = experiment.quick() ? 11 : 1000;
   const auto drifts = in_parallel(kGrasps.size() * kModes.size(), [&](std::size_t i) {
     return drift_of({.grasp = kGrasps[i / kModes.size()], .mode = kModes[i % kModes.size()].value},
                     turns);
