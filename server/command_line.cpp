@@ -87,9 +87,8 @@ void add_daemon_options(CLI::App& app, Arguments& given) {
                "Load saved states from other users and machines, too");
   app.add_option("--ports-file", given.invocation.ports_file,
                  "Write the ports as JSON to this file once all listeners are open");
-  app.add_flag(
-      "--exit-on-stdin-eof", given.invocation.exit_on_stdin_eof,
-      "Stop when standard input ends, as the pipe of a starting program does when it dies");
+  app.add_flag("--exit-on-stdin-eof", given.invocation.exit_on_stdin_eof,
+               "Stop when standard input ends, for example when the parent process exits");
   app.add_option("--journal", given.journal,
                  "Record the run in this file, or in files in this directory");
 }

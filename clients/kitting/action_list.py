@@ -1,10 +1,11 @@
-"""The laboratory's action lists, `(take-part part_medium_gear_in_pt_1)` a line: read, checked, run by
-one robot.
+"""Reads, checks and runs the laboratory's action lists, one `(take-part part_medium_gear_in_pt_1)` a
+line, with one robot.
 
-Names mean what the latest look-for-parts has shown: `part_medium_gear_in_pt_2` is the second medium
-gear in part trays, from the robot on (`_in_kt_`: in kit trays), `empty_slot_1_for_medium_gear_in_kit_m2l1_vessel_2` the
-first then empty slot for such a gear in the second tray of that type,
-`empty_slot_for_medium_gear_in_kit_m2l1_vessel_2` the second then empty slot in all of them."""
+Names refer to the result of the latest look-for-parts. `part_medium_gear_in_pt_2` is the second medium
+gear in part trays, counted from the robot (`_in_kt_`: in kit trays).
+`empty_slot_1_for_medium_gear_in_kit_m2l1_vessel_2` is the first empty slot for such a gear in the second
+tray of that type. `empty_slot_for_medium_gear_in_kit_m2l1_vessel_2` is the second empty slot in all
+trays of that type."""
 
 from __future__ import annotations
 
@@ -19,23 +20,23 @@ from cell import Cell, CellError
 from crcl_robot import Interrupted, RobotError, RobotLost
 from orders import SAME_KIT_MM, Kit
 from plan import next_step
-from skill_look import look_for_parts
+from skill_detect import detect_parts
 from skill_place import Placed, place_part
 from skill_take import YAW_TRIALS, Taken, approach, take_part
 from trays import Content, Part, Scene, SlotView, TrayView
-from vision import LookError, canonical
+from vision import DetectionError, canonical
 
 _ACTION = re.compile(r"\(\s*([^\s()]+)([^()]*)\)")
 _PART = re.compile(r"(?:sku_)?part_(\w+?)_in_(pt|kt)_(\d+)$")
 _SLOT = re.compile(
     r"empty_slot_(?:(\d+)_)?for_(?:sku_)?(?:part_)?(\w+?)_in_(?:sku_)?(kit_\w+?_vessel)_(\d+)$"
 )
-_CORRECTIONS = 30  # parts that a check moves at most
-_LOOKS = 3  # until all that is required is there
+_CORRECTIONS = 30  # limit of parts moved by one check
+_MOST_DETECTIONS = 3  # attempts until all required parts are seen
 
 
 class ActionError(Exception):
-    """An action that cannot be done; the text names it."""
+    """An action cannot be performed; the text names it."""
 
 
 @dataclass(frozen=True)
@@ -55,8 +56,8 @@ class KitToCheck:
 
 
 def read_actions(path: Path, cell: Cell) -> list[Action]:
-    """All actions of a file, each known and with arguments that can be meant. Raises CellError with
-    file and line."""
+    """All actions of a file. Raises CellError with file and line for an unknown action or a wrong
+    argument."""
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except OSError as error:
@@ -111,7 +112,7 @@ def _switch(action: Action) -> bool:
 
 
 def _part_name(action: Action, cell: Cell) -> tuple[str, bool, int]:
-    """Type, in a kit tray or not, which."""
+    """The type, whether it is in a kit tray, and the number."""
     found = _PART.match(_first(action))
     part = canonical("part_" + found[1]) if found else ""
     if found is None or part not in cell.gears or int(found[3]) < 1:
@@ -122,7 +123,7 @@ def _part_name(action: Action, cell: Cell) -> tuple[str, bool, int]:
 
 
 def _slot_name(action: Action, cell: Cell) -> tuple[int | None, str, str, int]:
-    """Which slot of a kit or None, type of part, type of tray, which."""
+    """The number of the slot in its tray or None, the types of part and tray, and the number."""
     found = _SLOT.match(_first(action))
     part = canonical("part_" + found[2]) if found else ""
     tray = canonical(found[3]) if found else ""
@@ -175,20 +176,20 @@ def _kit_name(action: Action, cell: Cell) -> tuple[str, int]:
 
 @dataclass
 class ActionRun:
-    """A list under way."""
+    """An action list in progress."""
 
     arm: Arm
     scene: Scene | None = None
     holding: str | None = None
     taken: list[Part] = field(default_factory=list)
     kits: list[KitToCheck] = field(default_factory=list)
-    correcting: bool = False  # check-kits mends what it finds wrong
+    correcting: bool = False  # check-kits corrects wrong kits
     ended: bool = False
     failures: list[str] = field(default_factory=list)
 
     def run(self, actions: list[Action]) -> bool:
-        """Whether every action did what it says. The first that cannot be done ends the list; a check
-        that finds something wrong is noted, and the list goes on."""
+        """Whether every action succeeded. The first impossible action ends the list; a failed check is
+        recorded and the list continues."""
         arm = self.arm
         try:
             arm.crcl.connect()
@@ -197,12 +198,12 @@ class ActionRun:
             for action in actions:
                 if self.ended or arm.interrupted.is_set():
                     break
-                arm.tell("action", str(action))
+                arm.log("action", str(action))
                 self._run(action)
             arm.go_home()
         except Interrupted:
             pass
-        except (ActionError, RobotError, RobotLost, LookError) as error:
+        except (ActionError, RobotError, RobotLost, DetectionError) as error:
             self._note(str(error))
             arm.space.set_down(arm.name, True)
         return not self.failures and not arm.interrupted.is_set()
@@ -221,10 +222,10 @@ class ActionRun:
 
     # -- actions ------------------------------------------------------------------------------
 
-    def look(self, action: Action) -> None:
+    def detect(self, action: Action) -> None:
         required = _required(action, self.arm.cell)
-        for _ in range(_LOOKS):
-            self.scene = self._look()
+        for _ in range(_MOST_DETECTIONS):
+            self.scene = self._detect()
             self.taken.clear()
             seen = Counter(p.type for p in self.scene.parts) + Counter(
                 t.type.name for t in self.scene.trays
@@ -246,7 +247,7 @@ class ActionRun:
             raise ActionError(f"already holds a {self.holding}")
         arm = self.arm
         if not arm.claim(slot.xy):
-            raise ActionError("another robot stands in the way")
+            raise ActionError("another robot is in the way")
         for trial in range(YAW_TRIALS):
             result = take_part(arm, part.xy, tray.type.thickness_mm, self._others(part), trial)
             if result is Taken.HELD:
@@ -258,11 +259,11 @@ class ActionRun:
         raise ActionError(f"the part is {result.value}")
 
     def fake_take(self, action: Action) -> None:
-        """All of a take but the grasp: the place that follows finds nothing in the hand."""
+        """All of a take except the grasp: the gripper is empty at the following place."""
         part, slot, tray = self._part(action)
         arm = self.arm
         if not arm.claim(slot.xy):
-            raise ActionError("another robot stands in the way")
+            raise ActionError("another robot is in the way")
         low = arm.grip_height(slot.xy, tray.type.thickness_mm)
         arm.set_gripper(True)
         yaws = finger_yaws(part.xy, self._others(part), arm.robot.open_mm, arm.neutral_yaw(part.xy))
@@ -277,7 +278,7 @@ class ActionRun:
     def place(self, action: Action) -> None:
         slot, tray = self._slot(action)
         if self.holding is None:
-            self.arm.tell(
+            self.arm.log(
                 "nothing_held", f"has nothing to place in {slot.slot.name} of {tray.name}"
             )
             return
@@ -285,7 +286,7 @@ class ActionRun:
 
     def _place_part(self, slot: SlotView, tray: TrayView) -> None:
         if not self.arm.claim(slot.xy):
-            raise ActionError("another robot stands in the way")
+            raise ActionError("another robot is in the way")
         assert self.scene is not None
         others = [p.xy for p in self.scene.parts if p not in self.taken]
         result = place_part(self.arm, slot.xy, tray.type.thickness_mm, others)
@@ -300,8 +301,8 @@ class ActionRun:
         self.kits.append(_kit_to_check(action, self.arm.cell))
 
     def check_kits(self, _: Action) -> None:
-        """Every kit to check against a tray of its own among those that the camera shows."""
-        self.scene = self._look()
+        """Check each kit against a different one of the visible trays."""
+        self.scene = self._detect()
         left = [tray for tray in self.scene.trays if tray.type.is_kit]
         for kit in self.kits:
             trays = [tray for tray in left if tray.type.name == kit.tray]
@@ -316,13 +317,13 @@ class ActionRun:
             if wrong:
                 self._note(f"{best.name} is not right: {', '.join(wrong)}")
             else:
-                self.arm.tell("kit_right", f"{best.name} is right")
+                self.arm.log("kit_right", f"{best.name} is right")
 
     def set_correction(self, action: Action) -> None:
         self.correcting = _switch(action)
 
     def _correct(self, tray: TrayView, kit: KitToCheck) -> list[str]:
-        """Carries parts until the tray is as wanted; what is wrong with it in the end."""
+        """Carry parts until the tray is as wanted. Returns the remaining deviations."""
         order = Kit(tray.number, kit.tray, tray.pose.xy, dict(kit.wanted))
         for _ in range(_CORRECTIONS):
             scene = self.scene
@@ -338,12 +339,12 @@ class ActionRun:
             scene.taken(transfer.part)
             self._place_part(transfer.target, transfer.target_tray)
             scene.placed(transfer.part, transfer.target)
-        self.scene = self._look()
+        self.scene = self._detect()
         seen = self.scene.tray_at(kit.tray, tray.pose.xy, SAME_KIT_MM)
-        return ["it is gone"] if seen is None else differences(seen, kit.wanted)
+        return ["the tray is gone"] if seen is None else differences(seen, kit.wanted)
 
     def inspect_kit(self, action: Action) -> None:
-        """Tells what the kit lacks; a kit that lacks something is what an inspection may find."""
+        """Report missing parts of the kit; an incomplete kit is a valid result of an inspection."""
         if self.scene is None:
             raise ActionError("look-for-parts has to come first")
         tray_type, number = _kit_name(action, self.arm.cell)
@@ -352,15 +353,15 @@ class ActionRun:
             raise ActionError(f"sees {len(trays)} of {tray_type}")
         tray = trays[number - 1]
         wrong = differences(tray, {slot.name: slot.part for slot in tray.type.slots})
-        self.arm.tell(
+        self.arm.log(
             "inspected", f"{tray.name}: {', '.join(wrong) or 'complete'}", complete=not wrong
         )
 
     def end(self, _: Action) -> None:
         self.ended = True
 
-    def _look(self) -> Scene:
-        scene = look_for_parts(self.arm)
+    def _detect(self) -> Scene:
+        scene = detect_parts(self.arm)
         if self.scene is not None:
             scene.number_as(self.scene)
         return scene
@@ -405,7 +406,7 @@ class ActionRun:
 
     def _note(self, text: str) -> None:
         self.failures.append(text)
-        self.arm.tell("check_failed", text)
+        self.arm.log("check_failed", text)
 
 
 def differences(tray: TrayView, wanted: dict[str, str | None]) -> list[str]:
@@ -420,7 +421,7 @@ def differences(tray: TrayView, wanted: dict[str, str | None]) -> list[str]:
 
 
 _RUN: dict[str, Callable[[ActionRun, Action], None]] = {
-    "look-for-parts": ActionRun.look,
+    "look-for-parts": ActionRun.detect,
     "take-part": ActionRun.take,
     "fake-take-part": ActionRun.fake_take,
     "place-part": ActionRun.place,

@@ -1,4 +1,4 @@
-"""One robot with its gripper, its camera and its share of space: what all skills use."""
+"""One robot with its gripper, camera and reserved space, as used by all skills."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from report import Report
 from vision import Camera
 from zones import Space
 
-APPROACH_MM = 60.0  # above where the gripper closes
-GRIPPER_S = 0.25  # for the gripper to open or to close
-GRIP_MM = 10.0  # of the tool point above the underside of a part's disc
+APPROACH_MM = 60.0  # height above the grasp
+GRIPPER_S = 0.25  # time of opening and closing
+GRIP_MM = 10.0  # height of the tool point above the underside of a part's disc
 FAST_MM_S, SLOW_MM_S, TURN_DEG_S, HOME_DEG_S = 400.0, 120.0, 90.0, 60.0
 
-# One finger seen from above, generously: across its travel, and along it from the pad outward.
+# Outline of a finger from above, with a margin: across its travel, and along it from the pad outward.
 _FINGER_HALF_MM, _FINGER_DEPTH_MM, _PEG_MM = 20.0, 58.0, 3.9
-_ENOUGH_MM = 10.0  # more clearance is no better
-_YAWS = 24  # half a turn is divided into
+_ENOUGH_MM = 10.0  # clearance beyond this has no benefit
+_YAWS = 24  # yaws tried within half a turn
 
 
 def finger_yaws(target: XY, others: Sequence[XY], open_mm: float, neutral: float) -> list[float]:
-    """Yaws of the tool in which its open fingers, which move along its y, clear the pegs of all
-    other parts: the clearest first, and among equally clear ones that with the least turn of the
-    wrist from `neutral`. The gripper is symmetric: within a quarter turn of neutral all are there.
+    """Yaws of the tool at which its open fingers, which move along its y, clear the pegs of all other
+    parts. The largest clearance comes first, then the least rotation of the wrist from `neutral`.
+    The gripper is symmetric, so a quarter turn to both sides of neutral covers all yaws.
     """
 
     def clearance(yaw: float) -> float:
@@ -65,17 +65,17 @@ class Arm:
         self.space, self.report, self.interrupted = space, report, interrupted
         self._turn = (
             math.pi
-        )  # of the tool's yaw beyond the direction of the arm, in the home posture
+        )  # tool yaw minus the direction of the arm, in the home posture
         self.at_home = False
 
     @property
     def name(self) -> str:
         return self.robot.name
 
-    def tell(self, event: str, text: str, **fields: object) -> None:
-        self.report.tell(self.name, event, text, **fields)
+    def log(self, event: str, text: str, **fields: object) -> None:
+        self.report.log(self.name, event, text, **fields)
 
-    # -- where --------------------------------------------------------------------------------
+    # -- poses --------------------------------------------------------------------------------
 
     def tool_xy(self) -> XY:
         tool = self.crcl.last.tool_mm if self.crcl.last else None
@@ -95,7 +95,7 @@ class Arm:
         return wrapped(math.atan2(xy[1] - base[1], xy[0] - base[0]) + self._turn)
 
     def corridor(self, *places: XY) -> list[XY]:
-        """The points whose hull the arm sweeps on its way from its present place to `places` and home."""
+        """The points whose convex hull the arm sweeps between its present place, `places` and home."""
         return [self.robot.base_mm[:2], self.robot.home_mm, self.tool_xy(), *places]
 
     def over_belt(self, *places: XY) -> bool:
@@ -110,7 +110,7 @@ class Arm:
         self.crcl.move((*frame.local(xy), z), wrapped(yaw - frame.yaw), straight=straight)
 
     def rise(self) -> None:
-        """Straight up to where nothing is in the way, if the tool is lower."""
+        """Move straight up to the travel height if the tool is lower."""
         status = self.crcl.status()
         if status.tool_mm is None or status.tool_yaw is None:
             raise RobotError("its status has no pose")
@@ -125,7 +125,7 @@ class Arm:
             self.move(xy, clear, yaw, straight=True, speed_mm_s=SLOW_MM_S)
 
     def go_home(self) -> None:
-        """Out of the camera's view and of everybody's way; gives back the space of the way."""
+        """Move home, out of the camera's view and the other arms' space; release the path's space."""
         if not self.at_home:
             self.rise()
             self.crcl.move_joints(self.robot.home_joints_deg, HOME_DEG_S)
@@ -138,12 +138,12 @@ class Arm:
         self.space.hold(self.name, self.corridor())
 
     def claim(self, *places: XY, give_up: Callable[[], bool] = lambda: False) -> bool:
-        """The space to work at these places; waits for it at home."""
+        """Reserve the space to work at these places; wait for it at home."""
         over_belt = self.over_belt(*places)
         if self.space.try_acquire(self.name, self.corridor(*places), over_belt=over_belt):
             return True
         self.go_home()
-        self.tell("waits", "waits at home until there is room")
+        self.log("waits", "waits at home for free space")
         return self.space.acquire(
             self.name,
             self.corridor(*places),
@@ -155,13 +155,13 @@ class Arm:
     # -- gripper ------------------------------------------------------------------------------
 
     def set_gripper(self, opened: bool) -> None:
-        """The robot reports the command done before the gripper has moved, so it is given time."""
+        """Wait, since the robot reports the command as done before the gripper has moved."""
         self.crcl.set_gripper(opened)
         self.crcl.dwell(GRIPPER_S)
 
     def holds(self) -> bool:
-        """Whether the gripper holds a part: by its status, or without one by fingers that have stopped
-        before they were closed."""
+        """Whether the gripper holds a part: by its status, or by fingers that stopped before they were
+        closed."""
         status = self.crcl.status()
         if status.holding is not None:
             return status.holding
@@ -170,7 +170,7 @@ class Arm:
         return self.robot.closed_mm + 1 < status.separation_mm < self.robot.open_mm - 1
 
     def weigh(self) -> float | None:
-        """Mass of what it holds [g], by the sensor between arm and gripper; None without one."""
+        """Mass of the held part [g], by the sensor between arm and gripper; None without a sensor."""
         try:
             self.crcl.enable_sensor("force_torque")
         except RobotError:

@@ -1,8 +1,8 @@
-"""The same controller without any reaction: it measures the cost of failures that are not noticed.
+"""The same controller without any reaction, to measure the cost of unnoticed failures.
 
-It takes one camera frame at the begin of a plan and after the belt has run, and then performs the
-plan. Each command counts as done: the controller reads no gripper, clears no error, does not connect
-again, and does not check the belt's encoder."""
+It takes one camera frame at the beginning of a plan and after the belt has run, and then performs the
+plan. Each command counts as done: the controller reads no gripper, clears no error, does not
+reconnect, and does not check the belt's encoder."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from conveyor import Conveyor, ConveyorError, Modbus
 from crcl_robot import CrclRobot, Interrupted, RobotError, RobotLost, Status
 from plan import Transfer
 from trays import Scene, TrayView
-from vision import Camera, Look, LookError
+from vision import Camera, Detections, DetectionError
 from worker import Worker
 
 
@@ -56,7 +56,7 @@ class BlindRobot(CrclRobot):
 
     def wait(self, seconds: float) -> None:
         if not self.connected:
-            # There is nothing left that it could do.
+            # Nothing remains to be done.
             raise Interrupted(self.name)
         super().wait(seconds)
 
@@ -66,16 +66,16 @@ class BlindCamera(Camera):
         self.skipped, self.window = 0, 1
         super().__post_init__()
 
-    def look(
+    def detect(
         self,
         timeout_s: float = 30.0,
         give_up: Callable[[], bool] = lambda: False,
         poll: Callable[[], object] = lambda: None,
-    ) -> Look:
+    ) -> Detections:
         try:
-            return super().look(timeout_s, give_up, poll)
-        except LookError:
-            return Look([], 0)
+            return super().detect(timeout_s, give_up, poll)
+        except DetectionError:
+            return Detections([], 0)
 
 
 class BlindArm(Arm):
@@ -90,7 +90,7 @@ class BlindArm(Arm):
 
 
 class BlindModbus(Modbus):
-    """Takes every reply for the right one, and none for what it has heard last."""
+    """Accepts every reply; a missing reply counts as the last value."""
 
     def __init__(self, host: str, port: int, timeout_s: float = 3.0) -> None:
         self._heard: tuple[int, ...] = (0, 0)
@@ -124,7 +124,7 @@ class BlindModbus(Modbus):
 
     def _ask(self, request: bytes) -> bytes:
         if self._gone:
-            raise ConveyorError("the PLC has gone silent")
+            raise ConveyorError("the PLC does not answer")
         try:
             return super()._ask(request)
         except ConveyorError as error:
@@ -144,7 +144,7 @@ class BlindConveyor(Conveyor):
         now: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], None] = time.sleep,
     ) -> float:
-        # The photo-eye will tell.
+        # The photo-eye ends the step.
         way_mm = math.copysign(_FAR_MM, way_mm) if self.by == "eye" else way_mm
         return super().step(way_mm, interrupted, now, sleep)
 
@@ -153,10 +153,10 @@ class BlindWorker(Worker):
     _seen: Scene | None = None
     _brought = False
 
-    def _look(self, *, clear: bool = False) -> Scene:
+    def _detect(self, *, clear: bool = False) -> Scene:
         epoch = self.board.belt_epoch
         if self._seen is None or self._seen.epoch != epoch:
-            self._seen = self._look_for_parts(clear=False)
+            self._seen = self._detect_parts(clear=False)
             self._seen.epoch = epoch
         self._scene = self._seen
         if not self._over():
@@ -165,7 +165,7 @@ class BlindWorker(Worker):
 
     def _bring_tray(self) -> bool:
         if self._brought:
-            # The tray is there, as the belt has been told to bring it.
+            # The tray counts as arrived, since the belt was commanded to bring it.
             return False
         self._brought = True
         return super()._bring_tray()

@@ -1,5 +1,5 @@
-"""Correction of what a camera says by a table of points at which its error is known, as the
-laboratory records them: columns for the point as seen and for the offset to add."""
+"""Correction of camera positions by a table of measured errors, in the laboratory's format: columns
+for the reported point and for the offset to add."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ _OFFSET = ("Offset_X", "Offset_Y")
 
 @dataclass(frozen=True)
 class Correction:
-    """Offsets at points, millimetres: bilinear through four of them, as the laboratory's position
-    maps are; with any other number the nearer points weigh more."""
+    """Offsets at points [mm]. Four points give a bilinear map, as in the laboratory's position maps;
+    another number is interpolated by inverse distance."""
 
     points: tuple[tuple[XY, XY], ...] = ()
 
     def apply(self, seen: XY) -> XY:
-        """The point corrected; exact at the points of the table."""
+        """The corrected point; exact at the points of the table."""
         plane = _bilinear(self.points)
         if plane is None:
             return self._weighted(seen)
@@ -32,7 +32,7 @@ class Correction:
         return (seen[0] + dx, seen[1] + dy)
 
     def _weighted(self, seen: XY) -> XY:
-        """Shepard's interpolation: nowhere beyond the largest offset."""
+        """Shepard's inverse-distance interpolation; never beyond the largest offset."""
         total, dx, dy = 0.0, 0.0, 0.0
         for point, offset in self.points:
             away = distance(point, seen)
@@ -50,8 +50,8 @@ def _terms(point: XY) -> tuple[float, float, float, float]:
 
 @lru_cache(maxsize=None)
 def _bilinear(points: tuple[tuple[XY, XY], ...]) -> tuple[list[float], list[float]] | None:
-    """Coefficients of both offsets' a + b x + c y + d x y, by Gaussian elimination; None where four
-    points do not give them."""
+    """Coefficients of both offsets' a + b x + c y + d x y, by Gaussian elimination; None if the
+    system is singular."""
     if len(points) != 4:
         return None
     rows = [[*_terms(point), *offset] for point, offset in points]

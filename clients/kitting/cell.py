@@ -13,13 +13,13 @@ from geometry import XY, Pose2, distance, inside
 
 
 class CellError(Exception):
-    """A mistake in a file: which, where, what was expected."""
+    """An error in a file, with its place and the expected value."""
 
 
 @dataclass(frozen=True)
 class Slot:
     name: str
-    part: str  # the type that belongs there
+    part: str  # its gear type
     xy_mm: XY  # in the tray's frame
 
 
@@ -61,11 +61,11 @@ class Robot:
     open_mm: float
     closed_mm: float
     calibration: Path | None
-    curtain: str | None  # the sensor that tells of the light curtain
+    curtain: str | None  # name of the light curtain's sensor
 
     @property
     def frame(self) -> Pose2:
-        """That in which the robot and its camera give poses, seen from above."""
+        """Frame of the poses of robot and camera, seen from above."""
         return Pose2(self.base_mm[0], self.base_mm[1], self.yaw)
 
     def reaches(self, xy: XY) -> bool:
@@ -84,7 +84,7 @@ class Belt:
     mm_s_per_count: float
     step_mm: float
     max_travel_mm: float
-    eye: int = 0  # number of the photo-eye that a tray breaks before it is at work; 0 = none
+    eye: int = 0  # number of the photo-eye upstream of the work place; 0 = none
     eye_to_work_mm: float = 0.0
 
 
@@ -108,8 +108,8 @@ class Cell:
         return self.belt is not None and surface is not None and surface.name == self.belt.surface
 
     def with_endpoints(self, host: str, ports: dict[str, int]) -> Cell:
-        """The same cell at another host, or with the ports that a daemon has written to its ports
-        file: crcl.ROBOT, vision.ROBOT, modbus."""
+        """The same cell at another host, or with the ports of a daemon's ports file: crcl.ROBOT,
+        vision.ROBOT, modbus."""
         robots = {
             name: replace(
                 robot,
@@ -162,7 +162,7 @@ def _load(path: Path) -> dict[str, Any]:
 
 
 class _Table:
-    """A table of a TOML file that names file and key when something is not as it should be."""
+    """A table of a TOML file. Errors name file and key."""
 
     def __init__(self, path: Path, where: str, values: dict[str, Any]) -> None:
         self.path, self.where, self.values = path, where, values

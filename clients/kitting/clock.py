@@ -1,5 +1,5 @@
-"""The controller's clock: the wall's, or, where a cell passes simulated time only as its clients poll,
-counted by polls. Then nobody sleeps: to wait is to poll."""
+"""The controller's clock: the wall clock, or in virtual time the number of polls. In virtual time
+waiting means polling, and no thread sleeps."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ class Clock:
         return time.monotonic()
 
     def polled(self, robot: str) -> None:
-        """A robot has answered a poll."""
+        """Count an answered poll of a robot."""
 
     def after_poll(self, interrupted: threading.Event) -> None:
-        """Until the next poll."""
+        """Wait until the next poll."""
         interrupted.wait(self.poll_s)
 
     def wait(
         self, seconds: float, interrupted: threading.Event, poll: Callable[[], object]
     ) -> None:
-        """Lets time pass; `poll` asks a connected robot for its status."""
+        """Wait; `poll` requests the status of a connected robot."""
         interrupted.wait(seconds)
 
     @property
@@ -37,7 +37,7 @@ class Clock:
 
 
 class PollClock(Clock):
-    """Time is what has been polled for, by the robot that has polled most."""
+    """Time is the largest number of polls of a robot times the poll period."""
 
     def __init__(self, poll_s: float) -> None:
         super().__init__(poll_s)
@@ -46,7 +46,7 @@ class PollClock(Clock):
         self._calls = 0
 
     def now(self) -> float:
-        # Events of the same poll have an order, too.
+        # Orders events within the same poll.
         with self._lock:
             self._calls += 1
             return max(self._polls.values(), default=0) * self.poll_s + 1e-9 * self._calls

@@ -26,7 +26,7 @@ _EXCEPTIONS = {
 
 
 class ConveyorError(Exception):
-    """The PLC refuses, is silent, or the belt does not move."""
+    """The PLC refuses or does not answer, or the belt does not move."""
 
 
 class Modbus:
@@ -34,7 +34,7 @@ class Modbus:
 
     def __init__(self, host: str, port: int, timeout_s: float = 3.0) -> None:
         self.requests = 0
-        self.strays = 0  # replies to other requests
+        self.strays = 0  # discarded replies to other requests
         self._transaction = 0
         try:
             self._socket = socket.create_connection((host, port), timeout_s)
@@ -90,7 +90,7 @@ class Modbus:
         return answer
 
     def is_answer(self, transaction: int) -> bool:
-        """Whether a reply is to the request sent last."""
+        """Whether a reply belongs to the latest request."""
         return transaction == self._transaction
 
     def _take(self, size: int) -> bytes:
@@ -105,18 +105,18 @@ class Modbus:
 
 class Conveyor:
     """Steps of the belt. The caller holds the space over the belt meanwhile. `now` and `sleep` are the
-    caller's clock. `by`: what ends a step: the encoder, the time that it should take, or the
-    photo-eye that the cell file names, when a tray comes into it before the step is done."""
+    caller's clock. `by`: end condition of a step: the encoder, the expected time, or a tray in the
+    photo-eye of the cell file."""
 
     connect: type[Modbus] = Modbus
-    standstill_s = 3.0  # of a belt that has been told to run
+    standstill_s = 3.0  # limit for a running belt
     wrong_way_mm = 5.0
 
     def __init__(self, belt: Belt, by: str = "encoder") -> None:
         self.belt, self.by = belt, by
         self.requests = 0
-        self.strays = 0  # replies that nobody had asked for
-        self.speed_share: float | None = None  # of the latest step's speed in what was commanded
+        self.strays = 0  # unrequested replies
+        self.speed_share: float | None = None  # measured over commanded speed of the latest step
         self.saw_tray = False  # the photo-eye has ended the latest step
 
     def step(
@@ -159,7 +159,7 @@ class Conveyor:
             modbus.close()
 
     def stop(self, waits: bool = True) -> float:
-        """Stops the belt, waits until it stands, and tells where that is by its encoder [mm]."""
+        """Stop the belt and wait until it is at rest. Returns its position by the encoder [mm]."""
         modbus = self.connect(self.belt.host, self.belt.port)
         try:
             modbus.write_register(RUN, 0)
@@ -203,7 +203,7 @@ class Conveyor:
                 last, moved_at = here, now()
             elif now() - moved_at > self.standstill_s:
                 raise ConveyorError(
-                    f"the belt has been told to run and stands still after {abs(gone):.0f} mm"
+                    f"the belt is commanded to run but is at rest after {abs(gone):.0f} mm"
                 )
             sleep(_POLL_S)
         return False
@@ -212,7 +212,7 @@ class Conveyor:
     def _rest(
         modbus: Modbus, now: Callable[[], float], sleep: Callable[[float], None]
     ) -> float:
-        """Where the belt has come to rest."""
+        """The position at which the belt is at rest."""
         deadline = now() + 10
         last, since = Conveyor._position(modbus), now()
         while now() < deadline:

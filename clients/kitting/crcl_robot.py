@@ -1,5 +1,4 @@
-"""A robot as its CRCL server shows it: one command after the other, each followed by polling its
-status until it is done, as CRCL clients do."""
+"""A robot behind its CRCL server. Each command is followed by status polls until it is done."""
 
 from __future__ import annotations
 
@@ -31,7 +30,7 @@ class RobotLost(Exception):
 
 
 class Interrupted(Exception):
-    """The user wants an end."""
+    """The user has requested an end."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,7 @@ class Status:
 
 @dataclass
 class Counters:
-    """Requests by kind of command."""
+    """Number of requests by kind of command."""
 
     sent: dict[str, int] = field(default_factory=dict)
 
@@ -122,33 +121,33 @@ class CrclRobot:
         answer_s: float = 5.0,
         move_limit_s: float = 95.0,
         curtain: str | None = None,
-        tell: Callable[[str, str], None] = lambda event, text: None,
+        log: Callable[[str, str], None] = lambda event, text: None,
     ) -> None:
         self.name, self.host, self.port = name, host, port
         self.clock, self.answer_s = clock or Clock(0.025), answer_s
-        self.move_limit_s, self.curtain, self.tell = move_limit_s, curtain, tell
+        self.move_limit_s, self.curtain, self.log = move_limit_s, curtain, log
         self.counters = Counters()
-        self.last: Status | None = None  # the latest status, also when the connection is lost
+        self.last: Status | None = None  # latest status, kept after a disconnection
         self._socket: socket.socket | None = None
         self._buffer = b""
-        self._id = 0  # of the command sent last
-        self._kept = False  # an open connection that the next job begins with
+        self._id = 0  # of the latest command
+        self._kept = False  # open connection for the next job
         self._interrupted = threading.Event()
 
     # -- connection ---------------------------------------------------------------------------
 
     def connect(self) -> Status:
-        """Connects and asks for the units and reports that this controller reads. Moves nothing and
-        clears no error: what the robot has to tell is in the status returned."""
+        """Connect and configure units and reports. Moves nothing and clears no error. Returns the
+        status."""
         if not self._kept or self._socket is None:
             self.open()
         self._kept = False
-        # Beyond whatever id the robot has seen last, so that its state is never taken for ours.
+        # An id that the robot has not seen, so that an old status is never mistaken for a new one.
         self._id = max(3, self._id, self.status().command_id)
         return self.status()
 
     def open(self) -> None:
-        """A connection, on which nothing is said yet."""
+        """Open a connection without sending anything."""
         self.close()
         try:
             self._socket = socket.create_connection((self.host, self.port), self.answer_s)
@@ -159,14 +158,14 @@ class CrclRobot:
             ) from error
         self._buffer = b""
 
-    def begin(self, clock: Clock, tell: Callable[[str, str], None]) -> None:
-        """A job in a cell that has been reset; an open connection stays."""
-        self.clock, self.tell = clock, tell
+    def begin(self, clock: Clock, log: Callable[[str, str], None]) -> None:
+        """Begin a job in a cell that has been reset; an open connection stays."""
+        self.clock, self.log = clock, log
         self.counters, self.last = Counters(), None
         self._kept = self._socket is not None
 
     def initialise(self) -> None:
-        """InitCanon, which also clears an error, then units, reports and sensors."""
+        """Send InitCanon, which also clears an error, then configure units, reports and sensors."""
         self.run("InitCanon", "", 35)
         self.run("SetLengthUnits", _tag("UnitName", "millimeter"))
         self.run("SetAngleUnits", _tag("UnitName", "degree"))
@@ -191,18 +190,18 @@ class CrclRobot:
 
     def close(self) -> None:
         if self._socket is not None:
-            # With a status unread, closing alone would reset the connection: the robot stops then.
+            # Closing with an unread status would reset the connection, and the robot would stop.
             with contextlib.suppress(OSError):
                 self._socket.shutdown(socket.SHUT_WR)
             self._socket.close()
         self._socket = None
 
     def wait(self, seconds: float) -> None:
-        """Lets time pass, on whatever clock."""
+        """Wait by the controller's clock."""
         self.clock.wait(seconds, self._interrupted, self.status)
 
     def hang_up(self) -> None:
-        """From any thread: who waits for an answer gets RobotLost."""
+        """Close the connection. A waiting thread gets RobotLost. Thread: any."""
         if self._socket is not None:
             with contextlib.suppress(OSError):
                 self._socket.shutdown(socket.SHUT_RDWR)
@@ -214,7 +213,7 @@ class CrclRobot:
     # -- commands -----------------------------------------------------------------------------
 
     def move(self, xyz_mm: Sequence[float], yaw: float, *, straight: bool) -> None:
-        """The tool, pointing down, to a point; its x axis turned by yaw from the robot's."""
+        """Move the tool to a point, pointing down, with its x axis rotated by yaw from the robot's."""
         point = "".join(_tag(axis, _text(value)) for axis, value in zip("XYZ", xyz_mm))
         x_axis = _tag("I", _text(math.cos(yaw))) + _tag("J", _text(math.sin(yaw))) + _tag("K", "0")
         z_axis = _tag("I", "0") + _tag("J", "0") + _tag("K", "-1")
@@ -253,7 +252,7 @@ class CrclRobot:
         self.run("EnableSensor", _tag("SensorID", escape(name)), 35)
 
     def stop(self) -> None:
-        """Brakes. The robot stays initialised; nothing is waited for."""
+        """Stop the motion without waiting. The robot stays initialised."""
         self._id += 1
         self._write("StopMotion", self._id, _tag("StopCondition", "Normal"))
 
@@ -279,9 +278,9 @@ class CrclRobot:
         return self.last
 
     def run(self, kind: str, fields: str, limit_s: float = 10.0) -> Status:
-        """Sends one command and polls until it is done. While a person stands in the light curtain
-        the arm is at rest; then it continues the command. Raises RobotError when it ends in an
-        error, RobotLost when it does not end."""
+        """Send one command and poll until it is done. While a person is in the light curtain the arm is
+        stopped, and the command continues afterwards. Raises RobotError if the command fails,
+        RobotLost if it does not end in time."""
         while True:
             if kind in _MOVES and self.last is not None:
                 self._wait_for_person()
@@ -291,7 +290,7 @@ class CrclRobot:
             self.stop()
 
     def _run_once(self, kind: str, fields: str, limit_s: float) -> Status | None:
-        """None when a person has come in its way."""
+        """None if a person has entered the light curtain."""
         self._id += 1
         known = {self._id} if self.last is None else {self._id, self.last.command_id}
         self._write(kind, self._id, fields)
@@ -313,10 +312,10 @@ class CrclRobot:
                     return None
             elif status.command_id not in known:
                 raise RobotError(
-                    f"{kind}: someone else commands the robot (command {status.command_id})"
+                    f"{kind}: another client commands the robot (command {status.command_id})"
                 )
             elif not told and self.clock.now() > began + _OLD_S:
-                self.tell("old_status", "tells of the command before; waits")
+                self.log("old_status", "reports the previous command; waits")
                 told = True
             if self.clock.now() > deadline:
                 raise RobotLost(f"{self.name}: {kind} has not ended within {limit_s:g} s")
@@ -326,7 +325,7 @@ class CrclRobot:
         told = False
         while self.last is not None and self.sees_person(self.last):
             if not told:
-                self.tell("person", "stands still while somebody is in the light curtain")
+                self.log("person", "stops while somebody is in the light curtain")
                 told = True
             if self._interrupted.is_set():
                 raise Interrupted(self.name)

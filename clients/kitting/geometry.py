@@ -12,7 +12,7 @@ XY = tuple[float, float]
 
 @dataclass(frozen=True)
 class Pose2:
-    """Where something lies, seen from above."""
+    """Position and yaw, seen from above."""
 
     x: float
     y: float
@@ -23,12 +23,12 @@ class Pose2:
         return (self.x, self.y)
 
     def point(self, local: XY) -> XY:
-        """A point of this frame, in the frame that this pose is given in."""
+        """Transform a point from this frame to its parent frame."""
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         return (self.x + c * local[0] - s * local[1], self.y + s * local[0] + c * local[1])
 
     def local(self, point: XY) -> XY:
-        """The other way round."""
+        """Transform a point from the parent frame to this frame."""
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         dx, dy = point[0] - self.x, point[1] - self.y
         return (c * dx + s * dy, -s * dx + c * dy)
@@ -42,13 +42,13 @@ def distance(a: XY, b: XY) -> float:
 
 
 def nearest(things: Iterable[Thing], place: Callable[[Thing], XY], to: XY) -> Thing | None:
-    """That one of them whose place is nearest to a point; None of none."""
+    """The item nearest to a point; None without items."""
     ordered = sorted(things, key=lambda thing: distance(place(thing), to))
     return ordered[0] if ordered else None
 
 
 def wrapped(angle: float) -> float:
-    """Into [-pi, pi]."""
+    """Wrap an angle to [-pi, pi]."""
     return math.remainder(angle, 2 * math.pi)
 
 
@@ -84,7 +84,7 @@ def hull(points: Iterable[XY]) -> list[XY]:
 
 
 def hull_distance(a: Sequence[XY], b: Sequence[XY]) -> float:
-    """Between two convex hulls; 0 when they meet."""
+    """Distance between two convex hulls; 0 if they intersect."""
     if not a or not b:
         return math.inf
     if _holds(a, b[0]) or _holds(b, a[0]):

@@ -1,5 +1,5 @@
-"""Orders that arrive while the robots work: one JSON object a line on standard input. Results are printed
-in the same form on standard output."""
+"""Reads orders from standard input while the robots work, one JSON object a line. Results are printed in
+the same form on standard output."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ class OrderLines(threading.Thread):
 
     {"announce": "first", "tray": "kit_s2l2_vessel", "count": 1, "priority": 0, "slots": {...}}
     {"cancel": "first"}
-    {"end": true}              no more orders of this job; another one may follow
+    {"end": true}              end of this job's orders; another job may follow
     """
 
     def __init__(self, source: TextIO, cell: Cell, board: Board, report: Report) -> None:
         super().__init__(name="orders", daemon=True)
         self._source, self._cell, self._board, self._report = source, cell, board, report
-        self.more = False  # the job has ended, the input has not
+        self.more = False  # another job may follow on the input
 
     def run(self) -> None:
         for number, line in enumerate(self._source, 1):
@@ -36,11 +36,11 @@ class OrderLines(threading.Thread):
                     break
                 self._take(message, f"line {number}")
             except CellError as error:
-                self._report.tell("orders", "order_error", str(error))
+                self._report.log("orders", "order_error", str(error))
             except ValueError as error:
-                self._report.tell("orders", "order_error", f"line {number}: {error}")
+                self._report.log("orders", "order_error", f"line {number}: {error}")
         self._board.taking_orders = False
-        self._report.tell("orders", "orders_end", "no more orders come")
+        self._report.log("orders", "orders_end", "no more orders come")
 
     def _take(self, message: object, where: str) -> None:
         if isinstance(message, dict) and isinstance(message.get("announce"), str):
@@ -48,12 +48,12 @@ class OrderLines(threading.Thread):
             name = row.pop("announce")
             orders = read_order(row, where, self._cell, name)
             self._board.announce(orders)
-            # The sender may wait for this.
-            self._report.tell("orders", "announced", f"{name} is ordered", order=name)
+            # The sender may wait for this line.
+            self._report.log("orders", "announced", f"{name} is ordered", order=name)
         elif isinstance(message, dict) and isinstance(message.get("cancel"), str):
             name = message["cancel"]
             left = self._board.cancel(name)
-            text = f"{name} is cancelled" if left else f"of {name} nothing is left to be cancelled"
-            self._report.tell("orders", "cancelled", text, order=name)
+            text = f"{name} is cancelled" if left else f"nothing of {name} is left to be cancelled"
+            self._report.log("orders", "cancelled", text, order=name)
         else:
             raise CellError(f"{where}: announce or cancel with the name of an order is expected")

@@ -20,7 +20,7 @@ SAME_KIT_MM = 60.0
 
 @dataclass(frozen=True)
 class Order:
-    """A kit: which tray, which part in which slot, more urgent first."""
+    """An ordered kit: tray, the part of each slot, and priority."""
 
     tray: str
     wanted: dict[str, str]
@@ -37,7 +37,7 @@ class KitState(Enum):
 
 @dataclass
 class Kit:
-    """One kit tray on the board. `wanted`: a part's type a slot, None for a slot that is to be empty."""
+    """One kit tray on the board. `wanted`: slot to part type, None for an empty slot."""
 
     number: int
     tray: str
@@ -46,11 +46,11 @@ class Kit:
     priority: int = 0
     order: str = ""
     state: KitState = KitState.OPEN
-    robot: str | None = None  # who works on it
-    given_up: dict[str, str] = field(default_factory=dict)  # by whom, and why
-    lacks: set[str] = field(default_factory=set)  # types of which no part was found
+    robot: str | None = None  # robot that works on it
+    given_up: dict[str, str] = field(default_factory=dict)  # robot to reason
+    lacks: set[str] = field(default_factory=set)  # part types without an available part
     filled_by: dict[str, int] = field(default_factory=dict)
-    carried: int = 0  # parts that were carried into it, or out of it, in this round
+    carried: int = 0  # parts moved into or out of it in this round
     began_s: float | None = None
     ended_s: float | None = None
     slots: dict[str, str] = field(default_factory=dict)  # as last seen
@@ -61,7 +61,7 @@ class Kit:
 
 
 def open_slots(kit: Kit, tray: TrayView) -> list[str]:
-    """Slots that are not yet as wanted."""
+    """Slots that are not as wanted."""
     return [name for name, part in kit.wanted.items() if not fits(tray, name, part)]
 
 
@@ -80,8 +80,8 @@ def fits(tray: TrayView, slot_name: str, part: str | None) -> bool:
 
 
 class Board:
-    """Thread-safe. `orders` is None for: every kit tray that is seen, every slot with its own part.
-    `taking_orders`: more may come (`announce`)."""
+    """Thread-safe. `orders` None: fill every visible kit tray with the parts of its slots.
+    `taking_orders`: more orders may be announced."""
 
     def __init__(
         self,
@@ -99,14 +99,14 @@ class Board:
         self.belt_epoch = 0
         self.belt_travel_mm = 0.0
         self.rounds = 0
-        self.looks_again = 0
-        self.emptying = False  # parts go back to the part trays
+        self.repeated_detections = 0
+        self.emptying = False  # parts are returned to the part trays
         self._up: dict[str, bool] = {}
         self._ever_up: set[str] = set()
         self._down_since: dict[str, float] = {}
-        self._coming: set[str] = set()  # robots that answer and find out where they stand
-        self._looked: dict[str, int] = {}  # the belt's epoch at each robot's latest look
-        self._moved: list[tuple[float, XY, str]] = []  # places that changed: when, where, by whom
+        self._coming: set[str] = set()  # robots that answer and determine their state
+        self._detected_at_epoch: dict[str, int] = {}  # belt epoch of each robot's latest detection
+        self._moved: list[tuple[float, XY, str]] = []  # changed places: time, place, robot
         self._claimed: dict[str, tuple[XY, ...]] = {}
         self._began = self._clock.now()
 
@@ -118,7 +118,7 @@ class Board:
             self._unmatched = sorted(
                 [*(self._unmatched or ()), *orders], key=lambda order: -order.priority
             )
-            self._looked.clear()
+            self._detected_at_epoch.clear()
 
     def cancel(self, name: str) -> bool:
         """Drop the part of an order that is not submitted; its parts stay in their places. False when
@@ -135,12 +135,12 @@ class Board:
     # -- robots -------------------------------------------------------------------------------
 
     def set_coming(self, robot: str) -> None:
-        """It answers; until it is up or down it is waited for, however long that takes."""
+        """Mark a robot that answers; the board waits until it is up or down."""
         with self._lock:
             self._coming.add(robot)
 
     def set_up(self, robot: str, up: bool) -> None:
-        """A robot that goes down gives its orders back to all."""
+        """Mark a robot as up or down; a robot that goes down releases its kits."""
         with self._lock:
             self._up[robot] = up
             self._coming.discard(robot)
@@ -148,7 +148,7 @@ class Board:
                 self._ever_up.add(robot)
             if not up:
                 self._down_since.setdefault(robot, self._clock.now())
-                self._looked.pop(robot, None)
+                self._detected_at_epoch.pop(robot, None)
                 self._claimed.pop(robot, None)
                 for kit in self.kits:
                     if kit.robot == robot:
@@ -167,15 +167,15 @@ class Board:
             return bool(self._ever_up)
 
     def unseen(self) -> list[str]:
-        """Robots that have never been up, so that nobody knows what is before them."""
+        """Robots that have never been up, so that their trays are unknown."""
         with self._lock:
             return [name for name in self._up if name not in self._ever_up]
 
     # -- places -------------------------------------------------------------------------------
 
     def claim_places(self, robot: str, places: Iterable[XY], seen_at: float) -> bool:
-        """Parts and slots are one robot's at a time, and what another has changed since one looked
-        has to be looked at again."""
+        """Claim parts and slots for one robot. False if another robot has claimed them, or has changed
+        them since this robot's latest detection."""
         wanted = tuple(places)
         with self._lock:
             for other, claimed in self._claimed.items():
@@ -201,9 +201,9 @@ class Board:
     # -- kits ---------------------------------------------------------------------------------
 
     def see(self, robot: str, scene: Scene) -> None:
-        """Kit trays that were not known join, if somebody has ordered them."""
+        """Add unknown kit trays for which there is an order."""
         with self._lock:
-            self._looked[robot] = scene.epoch
+            self._detected_at_epoch[robot] = scene.epoch
             for tray in scene.trays:
                 if tray.type.is_kit and self.kit_at(tray) is None:
                     self._add(tray)
@@ -215,7 +215,7 @@ class Board:
                     and kit.state is not KitState.OPEN
                     and not self.emptying
                 ):
-                    # Somebody has taken something out of a kit that was done.
+                    # A part was removed from a finished kit.
                     if kit.state is KitState.COMPLETE and open_slots(kit, tray):
                         kit.state, kit.ended_s = KitState.OPEN, None
 
@@ -229,8 +229,8 @@ class Board:
             return nearest(near, lambda k: k.xy, tray.pose.xy)
 
     def claim(self, robot: str) -> Kit | None:
-        """The next kit for a robot: urgent ones first, then those that no other robot can do, then
-        the nearest."""
+        """The next kit for a robot: by priority, then kits out of the other robots' reach, then the
+        nearest."""
         with self._lock:
             mine = self._cell.robots[robot]
             free = [
@@ -258,7 +258,7 @@ class Board:
             return kit
 
     def give_way(self, kit: Kit, robot: str) -> bool:
-        """Gives a kit back when there is a more urgent one that nobody works on."""
+        """Release a kit if a more urgent one is unassigned."""
         with self._lock:
             mine = self._cell.robots[robot]
             urgent = any(
@@ -293,19 +293,19 @@ class Board:
                 self._note(kit, tray)
 
     def news(self) -> None:
-        """Retry the transfers that were given up: there are other parts now, or another way."""
+        """Retry abandoned transfers: parts or paths have changed."""
         with self._lock:
             for kit in self.kits:
                 kit.given_up.clear()
                 kit.lacks.clear()
 
     def belt_ran(self) -> None:
-        """Everybody has to look again: nothing on the belt is surely where it was."""
+        """Request new detections by all robots, since the belt has moved."""
         with self._lock:
             self.belt_epoch += 1
 
     def belt_moved(self, way_mm: float) -> None:
-        """How far the belt has carried what is on it."""
+        """Shift all kits on the belt by its travel."""
         with self._lock:
             self.belt_travel_mm += way_mm
             for kit in self.kits:
@@ -313,20 +313,20 @@ class Board:
                     kit.xy = (kit.xy[0] + way_mm, kit.xy[1])
             self.news()
 
-    def look_again(self) -> None:
-        """Nobody goes on, but things may have changed since everybody has looked."""
+    def repeat_detection(self) -> None:
+        """Request new detections by all robots when none can continue."""
         with self._lock:
-            self._looked.clear()
-            self.looks_again += 1
+            self._detected_at_epoch.clear()
+            self.repeated_detections += 1
             self.news()
 
-    def needs_look(self, robot: str) -> bool:
+    def needs_detection(self, robot: str) -> bool:
         with self._lock:
-            return self._looked.get(robot) != self.belt_epoch
+            return self._detected_at_epoch.get(robot) != self.belt_epoch
 
     def hopeless(self, patience_s: float) -> bool:
-        """Nobody will go on with any kit and nobody is at work. A robot that is down is waited for
-        so long when it could do a kit."""
+        """Whether no robot works on a kit or can continue one. Waits up to `patience_s` for a robot that is
+        down and could fill a kit."""
         with self._lock:
             if any(k.robot is not None for k in self.kits):
                 return False
@@ -343,7 +343,7 @@ class Board:
             if any(name not in self._ever_up for name in able):
                 return False
             if any(
-                up and self._looked.get(name) != self.belt_epoch for name, up in self._up.items()
+                up and self._detected_at_epoch.get(name) != self.belt_epoch for name, up in self._up.items()
             ):
                 return False
             return not any(
@@ -353,12 +353,12 @@ class Board:
             )
 
     def lacks_parts(self) -> bool:
-        """Whether other parts would let a kit go on."""
+        """Whether a kit waits for parts."""
         with self._lock:
             return any(k.state is KitState.OPEN and k.lacks for k in self.kits)
 
     def held_targets(self, robot: str, scene: Scene) -> list[tuple[Kit, TrayView]]:
-        """Kits in which a robot may put what it has in its hand."""
+        """Kits in which a robot may place its held part."""
         with self._lock:
             pairs = [
                 (k, scene.tray_at(k.tray, k.xy, SAME_KIT_MM))
@@ -368,7 +368,7 @@ class Board:
             return [(kit, tray) for kit, tray in pairs if tray is not None]
 
     def close(self) -> list[Kit]:
-        """Kits that nobody goes on with are submitted as they are: these."""
+        """Close the remaining kits. Returns those to submit incomplete."""
         with self._lock:
             closed = [kit for kit in self.kits if kit.state is KitState.OPEN]
             for kit in closed:
@@ -376,7 +376,7 @@ class Board:
             return closed
 
     def next_round(self) -> None:
-        """From filling kits to carrying the parts back, and the other way round."""
+        """Alternate between filling kits and returning the parts."""
         with self._lock:
             self.emptying = not self.emptying
             self.rounds += 1
@@ -417,13 +417,13 @@ class Board:
             return kits + missing
 
     def carried(self, kit: Kit, robot: str) -> None:
-        """A part is where it belongs."""
+        """Count a part that was placed as wanted."""
         with self._lock:
             kit.filled_by[robot] = kit.filled_by.get(robot, 0) + 1
             kit.carried += 1
 
     def progress(self) -> dict[str, object]:
-        """How far each kit is, for those who look on."""
+        """The progress of each kit, for reports."""
         with self._lock:
             kits: list[dict[str, object]] = []
             for k in self.kits:
@@ -462,8 +462,8 @@ class Board:
 
 
 def read_orders(path: Path, cell: Cell) -> list[Order]:
-    """Orders from a TOML file, `[[kit]]` with `tray` and, if not all slots are to be filled, `slots`;
-    or taught: from lines of vision that show the goal, every kit tray as it is to become."""
+    """Orders from a TOML file, `[[kit]]` with `tray` and optionally `slots`; or from lines of vision that
+    show every kit tray in its goal state."""
     if path.suffix != ".toml":
         return _taught(path, cell)
     try:
@@ -479,7 +479,7 @@ def read_orders(path: Path, cell: Cell) -> list[Order]:
 
 
 def read_order(row: dict[str, Any], where: str, cell: Cell, name: str = "") -> list[Order]:
-    """One table of orders: as many equal ones as its `count` says. `where` stands in messages."""
+    """The orders of one table: `count` equal ones. `where` names the table in messages."""
     unknown = set(row) - {"tray", "slots", "priority", "count"}
     if unknown:
         raise CellError(f"{where}.{min(unknown)}: tray, slots, priority or count is expected")
@@ -493,7 +493,7 @@ def read_order(row: dict[str, Any], where: str, cell: Cell, name: str = "") -> l
         if slot not in own:
             raise CellError(f"{where}.slots.{slot}: one of {', '.join(own)} is expected")
         if part != own[slot]:
-            raise CellError(f"{where}.slots.{slot}: {own[slot]} is expected, nothing else fits")
+            raise CellError(f"{where}.slots.{slot}: {own[slot]} is expected, the only part that fits")
     count, priority = row.get("count", 1), row.get("priority", 0)
     if not isinstance(count, int) or count < 1 or not isinstance(priority, int):
         raise CellError(f"{where}: count >= 1 and priority, whole numbers, are expected")
@@ -507,7 +507,7 @@ def _taught(path: Path, cell: Cell) -> list[Order]:
         raise CellError(f"{path}: {error}") from error
     lines = [line for line in text.splitlines() if line.strip()]
     if lines and lines[0].startswith("name,"):
-        # One object a line, as the controllers save their views.
+        # One object a line, the format in which the laboratory's controllers save detections.
         frames = [[d for line in lines[1:] for d in parse_line(line)]]
     else:
         frames = [parse_line(line) for line in lines]

@@ -1,4 +1,4 @@
-"""The next action: from what is wanted and what is seen, one part to carry."""
+"""Selects the next transfer from the wanted and the detected state."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from trays import Content, Part, Scene, SlotView, TrayView
 
 @dataclass(frozen=True)
 class Transfer:
-    """A part from its slot into another one."""
+    """Moves a part from its slot to another slot."""
 
     part: Part
     source: SlotView
@@ -25,11 +25,12 @@ class Transfer:
 
 @dataclass(frozen=True)
 class Step:
-    """The next step for a kit: a transfer, or the reason why there is none."""
+    """The next step for a kit: a transfer, or the reasons for having none."""
 
     transfer: Transfer | None
-    missing: tuple[str, ...] = ()  # types of which no part can be had
-    stuck: tuple[str, ...] = ()  # slots that cannot be served: unseen, out of reach, no room for what lies there
+    missing: tuple[str, ...] = ()  # part types without an available part
+    # Slots that cannot be served: not visible, out of reach, or no free slot for their part.
+    stuck: tuple[str, ...] = ()
 
     @property
     def done(self) -> bool:
@@ -43,7 +44,8 @@ def next_step(
     reaches: Callable[[XY], bool],
     avoided: Callable[[XY], bool],
 ) -> Step:
-    """`reaches`: where the robot gets; `avoided`: places of failed parts and refused slots."""
+    """The next step for a kit. `reaches`: reachability of a place; `avoided`: places of failed parts and
+    refused slots."""
     missing: list[str] = []
     stuck: list[str] = []
     for name, part_type in kit.wanted.items():
@@ -53,7 +55,7 @@ def next_step(
         if slot.content is Content.UNKNOWN or avoided(slot.xy) or not reaches(slot.xy):
             stuck.append(name)
         elif slot.part is not None:
-            # A part that has no business here, is bad or lies askew goes back to a part tray.
+            # A wrong, faulty or misplaced part is returned to a part tray.
             transfer = put_back(scene, slot, tray, reaches, avoided)
             if transfer is not None:
                 return Step(transfer)
@@ -73,7 +75,7 @@ def find_part(
     reaches: Callable[[XY], bool],
     avoided: Callable[[XY], bool],
 ) -> tuple[Part, SlotView, TrayView] | None:
-    """The part of a type, in a part tray, that has the shortest way."""
+    """The part of a type in a part tray with the shortest path."""
     found = [
         (slot.part, slot, tray)
         for tray, slot in scene.slots(kits=False)
@@ -94,7 +96,7 @@ def free_slot(
     reaches: Callable[[XY], bool],
     avoided: Callable[[XY], bool],
 ) -> tuple[SlotView, TrayView] | None:
-    """The empty slot for a type, in a part tray, that has the shortest way."""
+    """The empty slot for a type in a part tray with the shortest path."""
     found = [
         (slot, tray)
         for tray, slot in scene.slots(kits=False)
@@ -113,7 +115,7 @@ def any_room(
     reaches: Callable[[XY], bool],
     avoided: Callable[[XY], bool],
 ) -> tuple[SlotView, TrayView] | None:
-    """A free slot of its own type; where there is none, of a type that is larger."""
+    """A free slot of the part's type, else of a larger type."""
     radius = scene.disc_radius_mm
     larger = sorted(
         (name for name in radius if radius[name] > radius.get(part_type, math.inf)),
@@ -147,7 +149,7 @@ def place_for_held(
     avoided: Callable[[XY], bool],
     here: XY,
 ) -> tuple[SlotView, TrayView] | None:
-    """Where a part goes that a robot has in its hand: a kit that wants it, else a part tray."""
+    """The slot for a held part: in a kit that needs it, else in a part tray."""
     for kit, tray in kits:
         for name, wanted in kit.wanted.items():
             slot = tray.slot(name)

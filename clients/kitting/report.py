@@ -1,4 +1,4 @@
-"""The record of a run: lines for people, and one JSON file for programs."""
+"""The record of a run: lines on standard output, and one JSON report."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Any
 from clock import Clock
 
 
-# After these the robots do something else than was planned.
+# Events that change the plan.
 REPLANS = frozenset(
     ["aside", "down", "give_up", "give_way", "no_room", "part_failed", "place_failed"]
     + ["place_lost", "place_refused", "robot_error", "take_lost", "take_missed", "take_refused"]
@@ -21,7 +21,7 @@ REPLANS = frozenset(
 
 
 class Report:
-    """Told by all threads. `json_lines`: what is printed is one object a line."""
+    """Collects events. `json_lines`: print one JSON object a line. Thread: any."""
 
     def __init__(
         self, quiet: bool = False, json_lines: bool = False, clock: Clock | None = None
@@ -38,20 +38,20 @@ class Report:
     def seconds(self) -> float:
         return time.monotonic() - self._began
 
-    def tell(self, who: str, event: str, text: str, **fields: Any) -> None:
+    def log(self, source: str, event: str, text: str, **fields: Any) -> None:
         with self._lock:
             at = round(self._clock.now() - self._began_at, 3)
             self.counts[event] += 1
-            told = {"at_s": at, "who": who, "event": event, "text": text, **fields}
-            self.events.append(told)
+            entry = {"at_s": at, "source": source, "event": event, "text": text, **fields}
+            self.events.append(entry)
             del self.events[:-10000]
             if self._json_lines:
-                print(json.dumps({**told, "replan": event in REPLANS}), flush=True)
+                print(json.dumps({**entry, "replan": event in REPLANS}), flush=True)
             elif not self._quiet:
-                print(f"{at:8.2f} {who}: {text}", file=sys.stdout, flush=True)
+                print(f"{at:8.2f} {source}: {text}", file=sys.stdout, flush=True)
 
     def show_progress(self, progress: dict[str, Any]) -> None:
-        """One line when it is not what it was."""
+        """Print the progress as one line if it has changed."""
         with self._lock:
             if progress != self._progress and self._json_lines:
                 self._progress = progress

@@ -1,4 +1,4 @@
-"""Step the belt: with no arm over it, and everybody looks again afterwards."""
+"""Step the belt while no arm is over it; all robots detect again afterwards."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from conveyor import Conveyor
 
 
 def step_belt(arm: Arm, conveyor: Conveyor, way_mm: float) -> float | None:
-    """Runs the belt once it is free; how far it went [mm], None when it did not get free. Raises
-    ConveyorError."""
+    """Run the belt once no arm is over it. Returns its travel [mm], None if it did not become free.
+    Raises ConveyorError."""
     arm.go_home()
     if not arm.space.acquire(
         arm.name,
@@ -20,7 +20,7 @@ def step_belt(arm: Arm, conveyor: Conveyor, way_mm: float) -> float | None:
         return None
     try:
         went = conveyor.step(way_mm, arm.interrupted, arm.crcl.clock.now, arm.crcl.wait)
-        arm.tell("belt", f"has run the belt by {went:.0f} mm", way_mm=round(went, 1))
+        arm.log("belt", f"has run the belt by {went:.0f} mm", way_mm=round(went, 1))
         return went
     finally:
         arm.space.hold(arm.name, arm.corridor())

@@ -1,4 +1,4 @@
-"""Place a part: approach above the slot, descend, open, retreat: taking, mirrored."""
+"""Place a part: approach above the slot, descend, open, retreat."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from crcl_robot import RobotError
 from geometry import XY, distance
 from skill_take import approach
 
-DROP_MM = 0.5  # above the slot, where the fingers open
+DROP_MM = 0.5  # release height above the slot
 
 
 class Placed(Enum):
     DONE = "done"
-    LOST = "lost"  # the part was gone before it arrived
-    REFUSED = "refused"  # the robot does not go there
-    FAILED = "failed"  # the robot stopped on an error on the way
+    LOST = "lost"  # the part was lost before the slot
+    REFUSED = "refused"  # the robot refused the pose
+    FAILED = "failed"  # the robot stopped on an error
 
 
 def place_part(arm: Arm, xy: XY, thickness_mm: float, others: list[XY]) -> Placed:
-    """Puts what is held into the slot at `xy`. The caller holds the space."""
+    """Place the held part in the slot at `xy`. The caller holds the space."""
     low = arm.grip_height(xy, thickness_mm) + DROP_MM
     high = low + APPROACH_MM
     others = [o for o in others if distance(o, xy) > 10]
@@ -35,6 +35,6 @@ def place_part(arm: Arm, xy: XY, thickness_mm: float, others: list[XY]) -> Place
         arm.set_gripper(True)
         arm.move(xy, high, yaw, straight=True, speed_mm_s=FAST_MM_S)
     except RobotError as error:
-        arm.tell("robot_error", f"stopped while it placed a part: {error}")
+        arm.log("robot_error", f"stopped while it placed a part: {error}")
         return Placed.FAILED
     return Placed.DONE

@@ -13,14 +13,14 @@ YAW_TRIALS = 3
 
 class Taken(Enum):
     HELD = "held"
-    MISSED = "missed"  # the fingers closed on nothing, or lost it
-    REFUSED = "refused"  # the robot does not go there
-    FAILED = "failed"  # the robot stopped on an error on the way
+    MISSED = "missed"  # the fingers closed on nothing or lost the part
+    REFUSED = "refused"  # the robot refused the pose
+    FAILED = "failed"  # the robot stopped on an error
 
 
 def take_part(arm: Arm, xy: XY, thickness_mm: float, others: list[XY], trial: int = 0) -> Taken:
-    """Takes the part at `xy` out of a tray. `others`: where other parts are. Each further trial
-    grips with another yaw. The caller holds the space."""
+    """Take the part at `xy` out of a tray. `others`: positions of other parts. Each trial grips with
+    another yaw. The caller holds the space."""
     low = arm.grip_height(xy, thickness_mm)
     high = low + APPROACH_MM
     yaws = finger_yaws(
@@ -42,7 +42,7 @@ def take_part(arm: Arm, xy: XY, thickness_mm: float, others: list[XY], trial: in
             return Taken.MISSED
         arm.move(xy, high, yaw, straight=True, speed_mm_s=SLOW_MM_S)
     except RobotError as error:
-        arm.tell("robot_error", f"stopped while it took a part: {error}")
+        arm.log("robot_error", f"stopped while it took a part: {error}")
         return Taken.FAILED
     return Taken.HELD if arm.holds() else Taken.MISSED
 
@@ -55,6 +55,6 @@ def approach(arm: Arm, xy: XY, z: float, yaws: list[float]) -> float | None:
             arm.move(xy, z, yaw, straight=False, speed_mm_s=FAST_MM_S)
             return yaw
         except RobotError as error:
-            arm.tell("refused", f"does not go to ({xy[0]:.0f}, {xy[1]:.0f}): {error}")
+            arm.log("refused", f"does not go to ({xy[0]:.0f}, {xy[1]:.0f}): {error}")
             arm.crcl.initialise()
     return None

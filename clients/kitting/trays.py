@@ -1,4 +1,4 @@
-"""Contents of slots: sightings become trays with slots, each empty or with a part."""
+"""Associates sightings with trays and slots."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from cell import Cell, Slot, TrayType
 from geometry import XY, Pose2, distance, nearest
 from vision import Sighting
 
-SEATED_MM = 8.0  # a part so near to a slot's centre sits in it
+SEATED_MM = 8.0  # distance of a seated part from its slot's centre
 _SAME_WAY_MM = 8.0
-_SAME_TRAY_MM = 60.0  # between two looks a tray moves less
-BLOCKED_MM = 25.0  # one that is nearer than this lies across it
-FAULTY_SCORE = 0.6  # a camera that is less sure of a part than this sees a bad one
+_SAME_TRAY_MM = 60.0  # largest motion of a tray between two detections
+BLOCKED_MM = 25.0  # distance at which a part blocks the slot
+FAULTY_SCORE = 0.6  # parts with a lower score are faulty
 
 
 class Content(Enum):
     EMPTY = "empty"
-    RIGHT = "right"  # a part of the type that belongs there
+    RIGHT = "right"  # a part of the slot's type
     WRONG = "wrong"  # a part of another type
-    BLOCKED = "blocked"  # a part that does not sit
-    UNKNOWN = "unknown"  # out of the camera's sight
+    BLOCKED = "blocked"  # an unseated part
+    UNKNOWN = "unknown"  # not visible
 
 
 @dataclass
@@ -48,7 +48,7 @@ class TrayView:
     type: TrayType
     pose: Pose2
     slots: list[SlotView]
-    number: int = 0  # among those of its type, from 1, by place
+    number: int = 0  # number among trays of its type, from 1, by place
 
     @property
     def name(self) -> str:
@@ -60,14 +60,14 @@ class TrayView:
 
 @dataclass
 class Scene:
-    """The result of one query to the camera, updated by the robot's own transfers since."""
+    """The result of one detection, updated by the robot's own transfers since."""
 
     trays: list[TrayView]
     parts: list[Part]
     disc_radius_mm: dict[str, float] = field(default_factory=dict)  # by type of part
     seen_at: float = field(default_factory=time.monotonic)  # by the controller's clock
     epoch: int = 0  # of the belt
-    uncertain: bool = False  # something may be there that an arm has hidden or that moved
+    uncertain: bool = False  # objects may be hidden by an arm or moving
 
     def slots(self, kits: bool) -> Iterator[tuple[TrayView, SlotView]]:
         for tray in self.trays:
@@ -84,7 +84,7 @@ class Scene:
         return nearest(near, lambda t: t.pose.xy, xy)
 
     def number_as(self, earlier: Scene) -> None:
-        """Trays that an earlier look has shown nearby keep its numbers."""
+        """Keep the numbers of trays that an earlier detection has shown nearby."""
         kept = {}
         for tray in self.trays:
             before = earlier.tray_at(tray.type.name, tray.pose.xy, _SAME_TRAY_MM)
@@ -119,8 +119,8 @@ def way_of_trays(
     on_belt: Callable[[XY], bool],
     expected_mm: float,
 ) -> float | None:
-    """How far trays on the belt have moved along x: the way that fits most of them, of equal ones
-    that next to what is expected. None when no tray was seen before and after."""
+    """Travel of the trays on the belt along x: the value that fits most trays, and among equals the one
+    nearest to the expected travel. None if no tray was seen before and after."""
     pairs = [
         a.pose.x - b.pose.x
         for a in after
@@ -146,7 +146,7 @@ def trays_that_came(
     on_belt: Callable[[XY], bool],
     way_mm: float,
 ) -> list[TrayView]:
-    """Those on the belt that were not in sight before it moved so far."""
+    """Trays on the belt that were not visible before the step."""
     return [
         a
         for a in after
@@ -166,8 +166,8 @@ def associate(
     ignored: list[XY] | None = None,
     base: XY = (0.0, 0.0),
 ) -> Scene:
-    """Trays, their slots and what is in them. `sees`: where the camera looks; `ignored`: where tools
-    are, which may hold parts that lie nowhere; `base`: trays of a type are numbered from there on.
+    """Trays, their slots and the content of the slots. `sees`: visibility of a place; `ignored`: positions
+    of tools, which may hold parts; `base`: trays of a type are numbered by their distance from it.
     """
     parts = [
         Part(s.name, s.pose.xy, s.score < FAULTY_SCORE)
@@ -182,7 +182,7 @@ def associate(
                 TrayView(cell.trays[s.name], pose, _slots(cell.trays[s.name], pose, parts, sees))
             )
 
-    # Numbers by place, so that they are the same however the camera orders its objects.
+    # Numbered by place, so that the order of the camera's objects makes no difference.
     def order(tray: TrayView) -> tuple[float, ...]:
         return (round(distance(tray.pose.xy, base), -1), tray.pose.x, tray.pose.y)
 
@@ -217,8 +217,8 @@ def _slots(
 
 
 def _best_yaw(s: Sighting, tray: TrayType, parts: list[Part]) -> Pose2:
-    """A tray's yaw, or that and half a turn: part trays' yaw is known up to half a turn only, and a
-    kit's may have flipped. The one in which more parts sit in slots; the seen one when equal."""
+    """The tray's yaw, possibly plus half a turn: part trays are ambiguous by half a turn, and the yaw of
+    kits may flip. Selects the yaw with more seated parts, and the detected one if equal."""
     if s.kind == "KT" and s.flips == 0:
         return s.pose
     turned = Pose2(s.pose.x, s.pose.y, s.pose.yaw + math.pi)

@@ -1,4 +1,4 @@
-"""The camera's lines: read, followed over frames, and looked at when they are steady.
+"""Reads the camera's lines, tracks objects over frames, and averages steady ones.
 
 A line is a frame: `name,rotation,x,y,score,type,` an object, radians and millimetres."""
 
@@ -19,15 +19,15 @@ from geometry import XY, Pose2, distance, mean_angle, wrapped
 
 _FIELDS = 6
 _MAX_LINE_BYTES = 1 << 20
-_SAME_MM = 15.0  # from frame to frame an object moves less, and two of a type are farther apart
-_REPEATS = 8  # equal lines in a row that are a camera without noise, not a frame sent again
-SKIPPED = 3  # frames that may be older than the moment at which somebody begins to look
+_SAME_MM = 15.0  # association radius between frames; objects of a type are farther apart
+_REPEATS = 8  # equal lines in a row that mean a camera without noise, not a repeated frame
+SKIPPED = 3  # frames that may be older than the begin of a detection
 WINDOW = 6  # frames that must agree
 _STEADY_MM = 2.0
-_NOISY = 10  # so many frames that differ by noise alone are a camera that has noise
+_NOISY = 10  # frames that differ by noise alone before the camera counts as noisy
 
 
-class LookError(Exception):
+class DetectionError(Exception):
     """No steady frames in time; the text says why."""
 
 
@@ -41,24 +41,24 @@ class Detection:
 
 @dataclass(frozen=True)
 class Sighting:
-    """One object, from all frames of a query."""
+    """One object, averaged over the frames of a detection."""
 
     name: str
     kind: str
     pose: Pose2
     seen: int  # frames
-    flips: int  # frames that had its yaw turned by half a turn
+    flips: int  # frames with its yaw rotated by half a turn
     score: float = 1.0  # mean
 
 
 def canonical(name: str) -> str:
-    """A type's name as orders and action lists also have it: with sku_."""
+    """A type's name with the prefix sku_, as in orders and action lists."""
     return name if name.startswith("sku_") else "sku_" + name
 
 
 def parse_line(line: str) -> list[Detection]:
-    """Objects of a frame. As the laboratory's client does: what lacks one of the first five fields,
-    and what is called *, is skipped; so is what is no number."""
+    """Objects of a frame. Like the laboratory's client, skips objects named * and those with a missing
+    or invalid field."""
     fields = [text.strip() for text in line.strip().split(",")]
     found = []
     for i in range(0, len(fields) - _FIELDS + 1, _FIELDS):
@@ -85,7 +85,8 @@ class _Track:
         return max(distance(first, d.pose.xy) for d in self._majority())
 
     def _majority(self) -> list[Detection]:
-        """A kit tray's yaw flips by half a turn in some frames, and its place with it."""
+        """The larger group of detections with the same yaw: the pose of a kit tray flips by half a turn in
+        some frames."""
         groups: tuple[list[Detection], list[Detection]] = ([], [])
         for d in self.detections:
             turned = abs(wrapped(d.pose.yaw - self.detections[0].pose.yaw)) > math.pi / 2
@@ -108,7 +109,7 @@ class _Track:
 
 
 def _all_moved_a_little(before: Sequence[Detection], after: Sequence[Detection]) -> bool:
-    """As by a camera's noise: whatever moved, something else lies still."""
+    """Whether the frames differ by noise alone: in a real motion some objects stay at rest."""
     return (
         len(after) > 1
         and len(before) == len(after)
@@ -120,16 +121,16 @@ def _all_moved_a_little(before: Sequence[Detection], after: Sequence[Detection])
 
 
 @dataclass(frozen=True)
-class Look:
+class Detections:
     """The objects on which the frames agree."""
 
     sightings: list[Sighting]
     moving: int  # objects that were in sight and moved
 
 
-def merge_frames(frames: Sequence[Sequence[Detection]]) -> Look:
-    """Objects over frames, those that are in at least a third of them. So an object that is missed in
-    some frames coasts over them, and a ghost of one frame is left out."""
+def merge_frames(frames: Sequence[Sequence[Detection]]) -> Detections:
+    """Objects that are in at least a third of the frames. An object may be missing in some frames, and a
+    ghost in a single frame is discarded."""
     tracks: list[_Track] = []
     for index, frame in enumerate(frames):
         for detection in frame:
@@ -150,12 +151,12 @@ def merge_frames(frames: Sequence[Sequence[Detection]]) -> Look:
                 tracks.append(_Track([detection], index))
     kept = [t for t in tracks if len(t.detections) * 3 >= len(frames)]
     still = [t.sighting() for t in kept if t.spread_mm() <= _STEADY_MM]
-    return Look(still, len(kept) - len(still))
+    return Detections(still, len(kept) - len(still))
 
 
 @dataclass
 class Camera:
-    """One feed, read by a thread of its own that connects again when the feed is lost."""
+    """One feed, read by its own thread, which reconnects when the feed is lost."""
 
     host: str
     port: int
@@ -174,7 +175,7 @@ class Camera:
         self._trouble = "no frame yet"
         self._last_line, self._repeats = b"", 0
         self._last: list[Detection] = []
-        self._noisy = 0  # frames in which all that lay still was a little elsewhere
+        self._noisy = 0  # frames that differed by noise alone
         self._reading = threading.Lock()
         self._connection: socket.socket | None = None
         self._buffer = b""
@@ -184,13 +185,13 @@ class Camera:
         self._thread.start()
 
     def await_feed(self, timeout_s: float) -> None:
-        """Until the feed has sent something. Raises LookError when it does not in time."""
+        """Wait for the first frame. Raises DetectionError on timeout."""
         with self._changed:
             if not self._changed.wait_for(lambda: self._count > 0, timeout_s):
-                raise LookError(self._trouble)
+                raise DetectionError(self._trouble)
 
     def begin(self, clock: Clock) -> None:
-        """A job in a cell that has been reset; what was sent before is of another one."""
+        """Begin a job in a cell that has been reset; discards earlier frames."""
         self._receive()
         with self._changed:
             self.clock = clock
@@ -204,14 +205,14 @@ class Camera:
         if self._thread.is_alive():
             self._thread.join(2)
 
-    def look(
+    def detect(
         self,
         timeout_s: float = 30.0,
         give_up: Callable[[], bool] = lambda: False,
         poll: Callable[[], object] = lambda: None,
-    ) -> Look:
-        """The objects on which later frames agree, in the cell's frame. Moving objects are left out. If all
-        objects move, this waits; where polls pass the time it calls `poll`."""
+    ) -> Detections:
+        """The objects on which later frames agree, in the cell's frame. Moving objects are left out; waits
+        while all objects move. In virtual time it calls `poll` while waiting."""
         deadline = self.clock.now() + timeout_s
         polls = self.clock.counts_polls
         if polls:
@@ -221,18 +222,18 @@ class Camera:
         while True:
             with self._changed:
                 if self._count >= first:
-                    look = merge_frames(list(self._frames))
-                    if look.sightings or not look.moving:
-                        return Look([self._placed(s) for s in look.sightings], look.moving)
+                    found = merge_frames(list(self._frames))
+                    if found.sightings or not found.moving:
+                        return Detections([self._placed(s) for s in found.sightings], found.moving)
                     self._trouble = "everything moves"
                     first = self._count + 1
                 if self.clock.now() > deadline or give_up():
-                    raise LookError(f"no steady frames within {timeout_s:g} s: {self._trouble}")
+                    raise DetectionError(f"no steady frames within {timeout_s:g} s: {self._trouble}")
                 if not polls:
                     self._changed.wait(0.1)
             if polls:
                 poll()
-                # The frames up to that poll have been sent before its answer.
+                # The feed sends all frames up to a poll before the poll's answer.
                 self._receive()
 
     def count(self) -> int:
@@ -269,7 +270,7 @@ class Camera:
                 return
 
     def _receive(self) -> bool:
-        """Takes all that has come; False when no more will. Any thread's, one at a time."""
+        """Process all received data; False at the end of the feed. Thread: one at a time."""
         with self._reading:
             while self._connection is not None:
                 try:
@@ -293,7 +294,7 @@ class Camera:
     def _take(self, line: bytes) -> None:
         if not line:
             return
-        # Without news the server sends its last frame again, which is no second look.
+        # The server repeats its latest frame if nothing has changed; a repetition is no new frame.
         self._repeats = self._repeats + 1 if line == self._last_line else 0
         self._last_line = line
         if 0 < self._repeats < _REPEATS:

@@ -1,5 +1,5 @@
-"""The common part of the programs in this folder: connections to the robots and their cameras, and jobs
-on them in sequence."""
+"""Common parts of the programs in this folder: connections to robots and cameras, and sequences of
+jobs."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from calibration import Correction
 from cell import Cell, Robot
 from clock import Clock, PollClock
 from crcl_robot import CrclRobot, RobotLost
-from vision import Camera, LookError
+from vision import Camera, DetectionError
 
 DONE, INCOMPLETE, USAGE, NO_CONNECTION, INTERRUPTED = 0, 1, 2, 3, 130
-_FEED_S = 20.0  # for a camera to send something
+_FEED_S = 20.0  # for the first frame of a camera
 
 
 def host_of(text: str) -> str:
@@ -47,7 +47,7 @@ def open_wires(
             robot.host,
             robot.crcl_port,
             clock=clock,
-            # Where polls pass time, an answer may take as long as others think.
+            # In virtual time an answer may wait for other clients.
             answer_s=3600.0 if clock.counts_polls else 5.0,
             move_limit_s=options.move_limit,
             curtain=robot.curtain,
@@ -68,7 +68,7 @@ def close_wires(wires: Wires) -> None:
 
 
 def interrupted_by_signals(wires: Wires) -> threading.Event:
-    """Set by Ctrl-C and SIGTERM, which also end the robots' waiting."""
+    """An event that Ctrl-C and SIGTERM set; they also end waits for robots."""
     interrupted = threading.Event()
 
     def on_signal(*_: object) -> None:
@@ -84,14 +84,14 @@ def interrupted_by_signals(wires: Wires) -> threading.Event:
 def run_jobs(
     wires: Wires, interrupted: threading.Event, job: Callable[[int], tuple[int, bool]]
 ) -> int:
-    """One job after the other, as standard input begins them: {"begin": SEED}. `job` has the exit
-    code, and whether another may follow; "ready" is said when one may."""
-    # Every connection is there before the cell is reset, so that the first job begins as all do. A missing
-    # connection is for the job to report.
+    """Run the jobs that standard input begins with {"begin": SEED}. `job` returns the exit code, and
+    whether another job may follow; "ready" is reported then."""
+    # All connections are open before the cell is reset, so that the first job begins like the others. A missing
+    # connection is reported by the job.
     for crcl, camera in wires.values():
         with contextlib.suppress(RobotLost):
             crcl.open()
-        with contextlib.suppress(LookError):
+        with contextlib.suppress(DetectionError):
             camera.await_feed(_FEED_S)
     code, more = DONE, True
     while more and not interrupted.is_set():

@@ -1,5 +1,5 @@
-"""A robot's day: take an order, fill the kit part by part, check it by vision, submit it; when
-something fails, find out by looking how things stand and go on from there."""
+"""The main loop of a robot: claim a kit, fill it part by part, check it by vision, submit it. After a
+failure it detects the actual state and continues from there."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from geometry import XY, distance
 from orders import SAME_KIT_MM, Board, Kit
 from plan import Step, Transfer, next_step, place_for_held
 from skill_belt import step_belt
-from skill_look import look_for_parts
+from skill_detect import detect_parts
 from skill_place import Placed, place_part
 from skill_take import Taken, take_part
 from trays import Content, Scene, SlotView, TrayView, trays_that_came, way_of_trays
-from vision import LookError
+from vision import DetectionError
 
 GRASP_TRIALS = 3  # at one place
 _PAUSE_S = 0.1
-_MAX_PAUSE_S = 8.0  # between two trials to come up
+_MAX_PAUSE_S = 8.0  # between two attempts to recover
 _AVOID_MM = 15.0
-LOOKS_AGAIN = 3  # before what cannot be filled is submitted as it is
-_LOOK_AGAIN_S = 4.0
+REPEATED_DETECTIONS = 3  # before an incomplete kit is submitted
+_REPEAT_AFTER_S = 4.0
 _BELT_AGAIN_S = 2.0
-_OLD_PICTURES = 6  # looks that may show what was before, a second after the other
-_SLIP_MM = 10.0  # between the encoder and what the camera sees of the belt
+_OLD_PICTURES = 6  # detections, a second apart, that may show an outdated state
+_SLIP_MM = 10.0  # between the encoder and the camera
 
 
 @dataclass
 class Shop:
-    """The objects that the robots' threads share."""
+    """Objects shared by the robots' threads."""
 
     board: Board
     conveyor: Conveyor | None
@@ -42,15 +42,15 @@ class Shop:
     patience_s: float = 30.0
     belt_failed_at: float | None = None
     finished: threading.Event = field(default_factory=threading.Event)
-    all_home: threading.Event = field(default_factory=threading.Event)  # the last arm is
-    keeps_connections: Callable[[], bool] = lambda: False  # for another job
-    turn: threading.Lock = field(default_factory=threading.Lock)  # who decides for all
+    all_home: threading.Event = field(default_factory=threading.Event)  # set by the last arm
+    keeps_connections: Callable[[], bool] = lambda: False  # for the next job
+    turn: threading.Lock = field(default_factory=threading.Lock)  # held by the thread that decides for all
     done: set[str] = field(default_factory=set)  # robots that have no work left
 
     @staticmethod
     def tell_submitted(arm: Arm, kit: Kit, what: str) -> None:
         x_mm, y_mm = kit.xy
-        arm.tell(
+        arm.log(
             "submit",
             f"submits {kit.name}, {what}",
             order=kit.order,
@@ -65,14 +65,14 @@ class Worker(threading.Thread):
     def __init__(self, arm: Arm, shop: Shop) -> None:
         super().__init__(name=arm.name, daemon=True)
         self.arm, self.shop, self.board = arm, shop, shop.board
-        self._missed: list[XY] = []  # where the gripper has closed on nothing
+        self._missed: list[XY] = []  # places where the gripper closed on nothing
         self._refused: list[XY] = []
         self._epoch = 0
-        self._fallen = 0  # trials to come up in a row that have failed
-        self._scene: Scene | None = None  # of the last look, while nothing has been done since
+        self._fallen = 0  # failed attempts to recover in a row
+        self._scene: Scene | None = None  # of the latest detection, until an action invalidates it
         self._trays: list[TrayView] = []  # as last seen
-        self._looks_again = 0
-        self._carried: dict[XY, bool] = {}  # whether there is a part, where one was carried
+        self._repeated_detections = 0
+        self._carried: dict[XY, bool] = {}  # expected occupancy of places that parts were moved from or to
         self.board.set_up(arm.name, False)
 
     # -- up and down --------------------------------------------------------------------------
@@ -94,17 +94,17 @@ class Worker(threading.Thread):
                     self._see_others_home()
             except Interrupted:
                 return
-            except (RobotError, RobotLost, LookError) as error:
+            except (RobotError, RobotLost, DetectionError) as error:
                 if self.arm.interrupted.is_set() or self._all_done():
                     return
                 self._go_down(str(error))
 
     def _see_others_home(self) -> None:
-        """Where polls are the clock, time stands for the others when this robot stops polling."""
+        """Poll until all robots are done: in virtual time the others cannot continue without."""
         self.shop.done.add(self.arm.name)
         while self.arm.crcl.clock.counts_polls and not self.arm.interrupted.is_set():
             if self._all_done():
-                # The others wait for answers that come only when the cell is paused, or not at all.
+                # The answers for which the others wait arrive only when the cell is paused.
                 self.shop.all_home.set()
                 if not self.shop.keeps_connections():
                     for arm in self.shop.arms:
@@ -119,8 +119,8 @@ class Worker(threading.Thread):
         return self.shop.finished.is_set() or self.arm.interrupted.is_set()
 
     def _come_up(self) -> None:
-        """Finds out where the robot stands, from its own words and from the camera alone: it may be
-        the first time, after a breakdown, or after an end of this program in mid-job."""
+        """Determine the robot's state from its status and the camera alone: at the start, after a
+        breakdown, or after a restart of this program."""
         arm = self.arm
         arm.at_home = False
         arm.crcl.connect()
@@ -130,19 +130,19 @@ class Worker(threading.Thread):
         arm.space.set_down(arm.name, False)
         arm.rise()
         part_type = self._weighed() if arm.holds() else None
-        scene = self._look()
+        scene = self._detect()
         if part_type is not None:
             self._deliver_held(part_type, scene)
-            scene = self._look()
+            scene = self._detect()
         self._fallen = 0
-        arm.tell("up", "is ready")
+        arm.log("up", "is ready")
         self.board.set_up(arm.name, True)
         self.board.see(arm.name, scene)
 
     def _go_down(self, why: str) -> None:
         arm = self.arm
         if self._fallen == 0:
-            arm.tell("down", f"is down: {why}")
+            arm.log("down", f"is down: {why}")
         self._fallen += 1
         self.board.set_up(arm.name, False)
         arm.space.set_down(arm.name, True)
@@ -156,22 +156,22 @@ class Worker(threading.Thread):
                 arm.crcl.connect()
             arm.crcl.wait(pause_s)
         except RobotLost:
-            # Not even polls pass time here.
+            # Without a connection, polls cannot advance time.
             arm.interrupted.wait(_PAUSE_S)
         arm.crcl.close()
 
     # -- orders -------------------------------------------------------------------------------
 
     def _serve(self) -> None:
-        kit = None if self.board.needs_look(self.arm.name) else self.board.claim(self.arm.name)
+        kit = None if self.board.needs_detection(self.arm.name) else self.board.claim(self.arm.name)
         if kit is not None:
             self._work_on(kit)
             return
         self.arm.go_home()
-        if self.board.needs_look(self.arm.name):
-            self._look()
+        if self.board.needs_detection(self.arm.name):
+            self._detect()
             return
-        # Nobody waits for who decides: it may take long.
+        # Other threads do not wait for the decision, which may take long.
         if self.shop.turn.acquire(blocking=False):
             try:
                 if not self._over() and self.board.hopeless(self.shop.patience_s):
@@ -181,19 +181,20 @@ class Worker(threading.Thread):
         self.arm.crcl.wait(_PAUSE_S)
 
     def _decide(self) -> None:
-        """Nobody can go on: other parts by the belt, another look, another round, or the end."""
+        """Decide when no robot can continue: bring parts by the belt, detect again, start another round, or
+        end."""
         board = self.board
         if board.lacks_parts() and not board.emptying and self._bring_tray():
             return
-        if board.looks_again < LOOKS_AGAIN and not self.shop.forever and not board.complete():
-            # Missing parts may be hidden, and a failed action may work again.
-            self.arm.tell("look_again", "waits, and looks again before it gives up")
-            self.arm.crcl.wait(_LOOK_AGAIN_S)
-            board.look_again()
+        if board.repeated_detections < REPEATED_DETECTIONS and not self.shop.forever and not board.complete():
+            # Missing parts may be hidden, and a failed action may succeed now.
+            self.arm.log("detect_again", "waits, and detects again before it gives up")
+            self.arm.crcl.wait(_REPEAT_AFTER_S)
+            board.repeat_detection()
             return
         if self.shop.forever:
             done = "empty" if board.emptying else "full"
-            self.arm.tell("round", f"the kits are as {done} as they get; the other way round now")
+            self.arm.log("round", f"the kits are as {done} as possible; the next round reverses the direction")
             self._forget()
             board.next_round()
             return
@@ -203,7 +204,7 @@ class Worker(threading.Thread):
             self.shop.finished.set()
 
     def _bring_tray(self) -> bool:
-        """Parts are missing: whatever the belt has upstream. False when it brings nothing."""
+        """Bring the next tray by the belt. False if none came."""
         conveyor, shop = self.shop.conveyor, self.shop
         if (
             conveyor is None
@@ -211,7 +212,7 @@ class Worker(threading.Thread):
         ):
             return False
         if conveyor.by == "eye" and conveyor.saw_tray:
-            self.arm.tell("eye_doubt", "the photo-eye has seen a tray, which has brought nothing")
+            self.arm.log("eye_doubt", "the photo-eye reported a tray that is not visible")
             conveyor.by = "encoder"
         before = self._trays
         went: float | None = None
@@ -222,19 +223,19 @@ class Worker(threading.Thread):
                 return False
             shop.belt_failed_at = None
         except ConveyorError as error:
-            self.arm.tell("belt_error", f"the belt does not do what it is told: {error}")
+            self.arm.log("belt_error", f"the belt does not follow its commands: {error}")
             if shop.belt_failed_at is None:
                 shop.belt_failed_at = self.arm.crcl.clock.now()
         if conveyor.strays > strays:
-            self.arm.tell("belt_stray", "leaves out replies of the PLC that it has not asked for")
+            self.arm.log("belt_stray", "ignores unrequested replies of the PLC")
         share = conveyor.speed_share
         if went is not None and share is not None and not 0.7 < share < 1.4:
-            self.arm.tell("belt_speed", f"the belt runs at {share:.2f} of its speed")
+            self.arm.log("belt_speed", f"the belt runs at {share:.2f} of its speed")
         self.board.belt_ran()
         if not self._see_belt(before, went):
-            self.arm.tell("belt_empty", "the belt has not brought a tray")
+            self.arm.log("belt_empty", "the belt has not brought a tray")
         elif conveyor.by == "eye" and not conveyor.saw_tray:
-            self.arm.tell("eye_doubt", "sees a tray that the photo-eye has not seen")
+            self.arm.log("eye_doubt", "sees a tray that the photo-eye did not report")
             conveyor.by = "encoder"
         if went is None:
             failed_s = self.arm.crcl.clock.now() - (shop.belt_failed_at or 0)
@@ -243,14 +244,14 @@ class Worker(threading.Thread):
         return went >= 1
 
     def _see_belt(self, before: Sequence[TrayView], went: float | None) -> bool:
-        """Looks how far the belt has carried its trays, and whether it has brought any. The camera
-        decides, not the encoder, but not by its first picture, which may have come late."""
+        """Measure the travel of the trays on the belt. Returns whether new trays came. The camera decides,
+        not the encoder; its first frames may be outdated."""
         arm, board = self.arm, self.board
         way, last = went, None
         for trial in range(_OLD_PICTURES):
             try:
-                scene = self._look_for_parts(clear=False)
-            except LookError:
+                scene = self._detect_parts(clear=False)
+            except DetectionError:
                 board.belt_moved(went or 0.0)
                 raise
             seen = way_of_trays(before, scene.trays, arm.cell.on_belt, went or 0.0)
@@ -260,11 +261,11 @@ class Worker(threading.Thread):
                 way = seen
                 break
             if last is None:
-                arm.tell(
+                arm.log(
                     "belt_doubt", f"sees that the belt has moved by {seen:.0f} mm, not {went:.0f}"
                 )
             elif trial > 2 and abs(seen - last) < 1:
-                arm.tell("belt_slip", f"believes that it is {seen:.0f} mm")
+                arm.log("belt_slip", f"accepts {seen:.0f} mm")
                 way = seen
                 break
             last = seen
@@ -279,20 +280,20 @@ class Worker(threading.Thread):
 
     def _work_on(self, kit: Kit) -> None:
         arm = self.arm
-        arm.tell("order", f"takes on {kit.name}")
+        arm.log("order", f"starts {kit.name}")
         scene = self._scene
         if scene is None or scene.epoch != self.board.belt_epoch:
-            scene = self._look()
+            scene = self._detect()
         fresh = True
         certain = False
         failures, limit = 0, 4 + 2 * len(kit.wanted)
         tray: TrayView | None = None
         while self.board.mine(kit, arm.name) and not self._over():
-            if self.board.needs_look(arm.name):
-                # Another order has come.
-                scene, fresh = self._look(), True
+            if self.board.needs_detection(arm.name):
+                # Another order was announced.
+                scene, fresh = self._detect(), True
             if self.board.give_way(kit, arm.name):
-                arm.tell("give_way", f"leaves {kit.name} for a more urgent one")
+                arm.log("give_way", f"suspends {kit.name} for a more urgent kit")
                 return
             tray = scene.tray_at(kit.tray, kit.xy, SAME_KIT_MM)
             if tray is None:
@@ -309,15 +310,15 @@ class Worker(threading.Thread):
                 self._end(kit, tray, step)
                 return
             else:
-                # Not to be decided from what an arm has hidden.
+                # Do not decide while an arm may hide objects.
                 certain = fresh
-            scene, fresh = self._look(clear=certain), True
+            scene, fresh = self._detect(clear=certain), True
         if self._over():
             return
-        self._give_up(kit, "it is no longer ours", tray)
+        self._give_up(kit, "it was reassigned", tray)
 
     def _end(self, kit: Kit, tray: TrayView, step: Step) -> None:
-        """The kit as the camera has just shown it."""
+        """Submit or give up the kit in its detected state."""
         if step.done:
             self.board.submit(kit, tray)
             what = "empty" if self.board.emptying else "full"
@@ -333,14 +334,14 @@ class Worker(threading.Thread):
     def _give_up(
         self, kit: Kit, why: str, tray: TrayView | None, lacks: Sequence[str] = ()
     ) -> None:
-        self.arm.tell("give_up", f"leaves {kit.name}: {why}")
+        self.arm.log("give_up", f"leaves {kit.name}: {why}")
         self.board.give_up(kit, self.arm.name, why, tray, lacks)
 
     # -- one part -----------------------------------------------------------------------------
 
     def _carry(self, transfer: Transfer, scene: Scene) -> bool:
-        """Carry a part. True when, by the gripper's status, the part is in its place; the scene then
-        contains that. Otherwise the scene is invalid and needs a new query to the camera."""
+        """Carry a part. True if, by the gripper's status, the part is in its place; the scene is updated
+        then. Otherwise the scene is invalid and needs a new detection."""
         arm, board = self.arm, self.board
         self._scene = None
         source, target = transfer.source.xy, transfer.target.xy
@@ -350,10 +351,10 @@ class Worker(threading.Thread):
         changed: list[XY] = []
         if transfer.why == "back" and not board.emptying:
             bad = "is bad" if transfer.part.faulty else "does not belong there"
-            arm.tell("wrong_part", f"the {transfer.part.type} {bad}")
+            arm.log("wrong_part", f"the {transfer.part.type} {bad}")
         try:
             if not arm.claim(source, target):
-                arm.tell("no_room", "gets no room: another robot stands in the way")
+                arm.log("no_room", "gets no space: another robot is in the way")
                 self._refused.append(target)
                 return False
             if scene.epoch != board.belt_epoch:
@@ -370,26 +371,26 @@ class Worker(threading.Thread):
             return True
         finally:
             board.release_places(arm.name, changed)
-            # An arm that has stopped on an error keeps all its space until it is up again.
+            # An arm stopped by an error keeps all its space until it has recovered.
             if arm.crcl.last is not None and arm.crcl.last.state != "CRCL_Error":
                 arm.space.hold(arm.name, arm.corridor(), over_belt=arm.over_belt())
 
     def _take(self, transfer: Transfer, scene: Scene) -> bool:
         arm, xy = self.arm, transfer.source.xy
         if arm.holds():
-            # Opening the fingers here would drop it.
+            # Opening the fingers here would drop the part.
             self._deliver_held(self._weighed(), scene)
             return False
         trial = self._misses(xy)
-        arm.tell("take", f"takes {transfer.part.type} at ({xy[0]:.0f}, {xy[1]:.0f})", trial=trial)
+        arm.log("take", f"takes {transfer.part.type} at ({xy[0]:.0f}, {xy[1]:.0f})", trial=trial)
         others = [p.xy for p in scene.parts if p is not transfer.part]
-        # The part's own place, which its slot only bounds.
+        # The detected pose of the part; its slot has play.
         result = take_part(
             arm, transfer.part.xy, transfer.source_tray.type.thickness_mm, others, trial
         )
         if result is Taken.HELD:
             return transfer.source.content is not Content.WRONG or self._is_a(transfer, scene)
-        arm.tell(
+        arm.log(
             "take_" + result.value,
             f"the part is {result.value}" if result is Taken.MISSED else result.value,
         )
@@ -402,39 +403,39 @@ class Worker(threading.Thread):
                 return True
         self._missed.append(xy)
         if self._misses(xy) == GRASP_TRIALS:
-            arm.tell("part_failed", f"leaves the part at ({xy[0]:.0f}, {xy[1]:.0f}) alone")
+            arm.log("part_failed", f"leaves the part at ({xy[0]:.0f}, {xy[1]:.0f}) alone")
         return False
 
     def _is_a(self, transfer: Transfer, scene: Scene) -> bool:
-        """Whether a part that was in a slot for others is what the camera takes it for. If not, it
-        is put aside."""
+        """Check the type of a part from a slot for another type by its weight. A wrong part is put
+        aside."""
         held = self._weighed()
         if held == transfer.part.type:
             return True
-        self.arm.tell("wrong_part", f"the camera took it for a {transfer.part.type}")
+        self.arm.log("wrong_part", f"the camera took it for a {transfer.part.type}")
         scene.taken(transfer.part)
         self._deliver_held(held, scene, avoid=True)
         return False
 
     def _place(self, part_type: str, target: SlotView, tray: TrayView, scene: Scene) -> bool:
         arm, xy = self.arm, target.xy
-        arm.tell("place", f"places it in {target.slot.name} at ({xy[0]:.0f}, {xy[1]:.0f})")
+        arm.log("place", f"places it in {target.slot.name} at ({xy[0]:.0f}, {xy[1]:.0f})")
         result = place_part(arm, xy, tray.type.thickness_mm, [p.xy for p in scene.parts])
         if result is Placed.DONE:
             return True
-        arm.tell("place_" + result.value, f"the part is {result.value}")
+        arm.log("place_" + result.value, f"the part is {result.value}")
         if result is Placed.REFUSED:
             self._refused.append(xy)
         elif result is Placed.FAILED:
             self._missed.append(xy)
             self._recover()
         if arm.holds():
-            self._deliver_held(part_type, self._look())
+            self._deliver_held(part_type, self._detect())
         return False
 
     def _deliver_held(self, part_type: str, scene: Scene, *, avoid: bool = False) -> None:
-        """Deliver a held part that has lost its goal: to a kit that needs it, or back. With `avoid` the
-        part stays there."""
+        """Deliver a held part without a goal to a kit that needs it, or to a part tray. With `avoid` the
+        part is not used again."""
         arm = self.arm
         for _ in range(GRASP_TRIALS):
             kits = self.board.held_targets(arm.name, scene)
@@ -442,7 +443,7 @@ class Worker(threading.Thread):
                 scene, part_type, kits, arm.robot.reaches, self._avoided, arm.tool_xy()
             )
             if place is None and scene.uncertain:
-                scene = self._look(clear=True)
+                scene = self._detect(clear=True)
                 continue
             if place is None:
                 raise RobotError(f"holds a {part_type} for which no slot is free")
@@ -451,8 +452,8 @@ class Worker(threading.Thread):
             if self.board.claim_places(arm.name, (slot.xy,), scene.seen_at):
                 try:
                     if arm.claim(slot.xy) and scene.epoch == self.board.belt_epoch:
-                        arm.tell(
-                            "aside", f"puts what it holds into {slot.slot.name} of {tray.name}"
+                        arm.log(
+                            "aside", f"puts its part into {slot.slot.name} of {tray.name}"
                         )
                         others = [p.xy for p in scene.parts]
                         result = place_part(arm, slot.xy, tray.type.thickness_mm, others)
@@ -467,39 +468,39 @@ class Worker(threading.Thread):
                                 return
                 finally:
                     self.board.release_places(arm.name, (slot.xy,))
-            scene = self._look(clear=True)
-        raise RobotError(f"gets rid of no {part_type}")
+            scene = self._detect(clear=True)
+        raise RobotError(f"finds no slot for its {part_type}")
 
     def _weighed(self) -> str:
-        """The type of what the robot holds, by its weight."""
+        """The type of the held part by its weight."""
         mass = self.arm.weigh()
         gears = self.arm.cell.gears.values()
         nearest = min(gears, key=lambda g: abs(g.mass_g - (mass or 0)))
         others = [abs(g.mass_g - nearest.mass_g) for g in gears if g is not nearest]
         if mass is None or abs(nearest.mass_g - mass) > min(others, default=2 * nearest.mass_g) / 2:
-            raise RobotError(f"holds something unknown (of {mass} g)")
-        self.arm.tell("weighs", f"holds {mass:.1f} g: a {nearest.name}")
+            raise RobotError(f"holds an unknown object ({mass} g)")
+        self.arm.log("weighs", f"holds {mass:.1f} g: a {nearest.name}")
         return nearest.name
 
     def _recover(self) -> None:
-        """After an error in mid-job: clear it and get away. When this fails, too, the robot is down."""
+        """Clear an error and retreat. If this fails as well, the robot counts as down."""
         self.arm.crcl.initialise()
         self.arm.rise()
 
-    # -- what is known ------------------------------------------------------------------------
+    # -- known state ------------------------------------------------------------------------
 
-    def _look(self, *, clear: bool = False) -> Scene:
+    def _detect(self, *, clear: bool = False) -> Scene:
         epoch = self.board.belt_epoch
-        if (epoch, self.board.looks_again) != (self._epoch, self._looks_again):
+        if (epoch, self.board.repeated_detections) != (self._epoch, self._repeated_detections):
             self._forget()
-            self._epoch, self._looks_again = epoch, self.board.looks_again
-        scene = self._look_for_parts(clear=clear)
+            self._epoch, self._repeated_detections = epoch, self.board.repeated_detections
+        scene = self._detect_parts(clear=clear)
         for _ in range(_OLD_PICTURES):
             if not self._is_old(scene):
                 break
-            self.arm.tell("look_old", "sees what was before it carried a part; looks again")
+            self.arm.log("detect_old", "sees an outdated frame; detects again")
             self.arm.crcl.wait(1.0)
-            scene = self._look_for_parts(clear=clear)
+            scene = self._detect_parts(clear=clear)
         self._carried.clear()
         scene.epoch = epoch
         self._scene = scene
@@ -507,14 +508,14 @@ class Worker(threading.Thread):
             self.board.see(self.arm.name, scene)
         return scene
 
-    def _look_for_parts(self, *, clear: bool) -> Scene:
+    def _detect_parts(self, *, clear: bool) -> Scene:
         others = [arm for arm in self.shop.arms if arm is not self.arm]
-        scene = look_for_parts(self.arm, others, clear=clear)
+        scene = detect_parts(self.arm, others, clear=clear)
         self._trays = scene.trays
         return scene
 
     def _is_old(self, scene: Scene) -> bool:
-        """A part lies where one was taken, and none where one was put."""
+        """Whether a part is visible where one was taken, or none where one was placed."""
 
         def lies(at: XY) -> bool:
             return any(distance(part.xy, at) < _AVOID_MM for part in scene.parts)

@@ -1,9 +1,8 @@
-"""Reservation of space. Before an arm moves it reserves the space that it will need: the convex
-hull, seen from above, of its base, its home, its tool and every place it goes to. Two such spaces
-are never nearer than a clearance, so the arms never meet.
+"""Reservation of space. Before a motion an arm reserves the convex hull, seen from above, of its base,
+home, tool and targets. Reserved spaces keep a clearance, so arms never collide.
 
-An arm that does not get its space goes home and waits there. Homes are clear of everything, so nobody waits
-for one who waits. The belt is arranged here, too: it runs only while no arm is over it."""
+An arm that does not get its space waits at home. Homes are clear of all spaces, so there is no deadlock.
+The belt is coordinated here as well: it runs only while no arm is over it."""
 
 from __future__ import annotations
 
@@ -34,8 +33,7 @@ class Space:
         self._changed = threading.Condition()
 
     def hold(self, name: str, points: Iterable[XY], over_belt: bool = False) -> None:
-        """The space in which a robot is, whether others like it or not: at the beginning, and a
-        smaller part of what it holds when it needs less."""
+        """Set a robot's space unconditionally: at the beginning, and to reduce a reservation."""
         with self._changed:
             self._claims[name] = _Claim(tuple(hull(points)), over_belt)
             self._changed.notify_all()
@@ -43,7 +41,7 @@ class Space:
     def try_acquire(
         self, name: str, points: Iterable[XY], *, over_belt: bool = False, moves_belt: bool = False
     ) -> bool:
-        """In place of what the robot holds; not while someone waits for space that this would take."""
+        """Replace the robot's space if it is free and no other robot waits for it."""
         claim = _Claim(tuple(hull(points)), over_belt, moves_belt)
         with self._changed:
             if any(
@@ -63,8 +61,8 @@ class Space:
         poll: Callable[[], object] | None = None,
         timeout_s: float = 300.0,
     ) -> bool:
-        """Waits in turn, where polls are the clock by `poll`. Only for a robot at home. False when a
-        robot that is down stands in the way, when `give_up` says so or time is over."""
+        """Wait in turn for the space; in virtual time by `poll`. Only for a robot at home. False if a robot
+        that is down blocks the space, if `give_up` returns true, or on timeout."""
         claim = _Claim(tuple(hull(points)), over_belt, moves_belt)
         deadline = self._clock.now() + timeout_s
         entry = (name, claim)
@@ -98,7 +96,7 @@ class Space:
             return [claim.outline for other, claim in self._claims.items() if other != name]
 
     def set_down(self, name: str, down: bool) -> None:
-        """A robot that is down keeps its space, and nobody waits for it."""
+        """Mark a robot as down: it keeps its space, and no robot waits for it."""
         with self._changed:
             (self._down.add if down else self._down.discard)(name)
             self._changed.notify_all()

@@ -32,7 +32,7 @@ std::string text(std::chrono::system_clock::time_point time) {
 std::string line_of(const AuditRecord& record, const api::Snapshot& snapshot) {
   nlohmann::ordered_json object{{"time", text(record.time)}, {"epoch", snapshot.epoch},
                                 {"step", snapshot.step},     {"wire", record.wire},
-                                {"peer", record.peer},       {"who", record.who},
+                                {"peer", record.peer},       {"identity", record.identity},
                                 {"command", record.command}};
   if (!record.request.empty()) object["request"] = record.request.substr(0, AuditLog::kMaxRequest);
   if (!record.outcome.empty()) object["outcome"] = record.outcome;

@@ -17,12 +17,12 @@ namespace aprsim::protocols {
 
 /// A command and its sender.
 struct AuditRecord {
-  std::string wire;     ///< listener, "grpc", "web", "modbus" or "crcl.ROBOT"
-  std::string peer;     ///< address and port
-  std::string who;      ///< "token NAME", "certificate SUBJECT", or "no credentials"
-  std::string command;  ///< method, kind of request or type of document
-  std::string request;  ///< its content, cut to AuditLog::kMaxRequest
-  std::string outcome;  ///< "ok" or the error; empty = not known yet
+  std::string wire;      ///< listener, "grpc", "web", "modbus" or "crcl.ROBOT"
+  std::string peer;      ///< address and port
+  std::string identity;  ///< "token NAME", "certificate SUBJECT", or "no credentials"
+  std::string command;   ///< method, kind of request or type of document
+  std::string request;   ///< its content, cut to AuditLog::kMaxRequest
+  std::string outcome;   ///< "ok" or the error; empty = not known yet
   std::chrono::system_clock::time_point time = std::chrono::system_clock::now();
 };
 

@@ -50,7 +50,7 @@ struct CommandExecutor::Visitor {
   // Motion ends; the robot stays initialised, as by NIST's servers.
   void operator()(const crcl::EndCanon&) {
     if (!lifecycle.session_open()) return lifecycle.done();
-    submit(api::EndRobot{});
+    submit(api::EndProgram{});
   }
 
   // Outside a session there is no motion to stop, and the robot refuses commands.

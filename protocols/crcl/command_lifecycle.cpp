@@ -96,7 +96,7 @@ bool CommandLifecycle::submitted(const api::RobotAction& action, const Result<ap
   }
   // EndCanon is done at once, although the robot may still brake.
   const bool done_when_applied =
-      at_once || api::is_setting(action) || std::holds_alternative<api::EndRobot>(action);
+      at_once || api::is_setting(action) || std::holds_alternative<api::EndProgram>(action);
   submission_ = {*ticket, done_when_applied};
   progress_ = Progress::kWaiting;
   if (done_when_applied) last_setting_ = *ticket;

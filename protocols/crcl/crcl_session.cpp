@@ -221,15 +221,15 @@ void CrclSession::tap_command(std::string type, std::int64_t id, std::string fau
   if (!options_.tap) return;
   const bool poll = type == "GetStatusType" && fault.empty();
   if (poll && !polls_tapped()) return;
-  options_.tap->note({.source = executor_.name(),
-                      .peer = caller_.peer,
-                      .from_client = true,
-                      .poll = poll,
-                      .time = std::chrono::system_clock::now(),
-                      .type = std::move(type),
-                      .id = id,
-                      .state = std::move(fault),
-                      .data = document});
+  options_.tap->record({.source = executor_.name(),
+                        .peer = caller_.peer,
+                        .from_client = true,
+                        .poll = poll,
+                        .time = std::chrono::system_clock::now(),
+                        .type = std::move(type),
+                        .id = id,
+                        .state = std::move(fault),
+                        .data = document});
 }
 
 // The first status that reports the end of a command is listed with the commands, without document.
@@ -246,14 +246,14 @@ void CrclSession::tap_status(const crcl::CommandStatus& status, const std::strin
     if (status.description && !status.description->empty()) {
       end.state += ": " + *status.description;
     }
-    options_.tap->note(std::move(end));
+    options_.tap->record(std::move(end));
   }
   if (!polls_tapped()) return;
   event.poll = true;
   const std::chrono::duration<double> since = std::chrono::steady_clock::now() - received_;
   event.latency_s = since.count();
   event.data = document;
-  options_.tap->note(std::move(event));
+  options_.tap->record(std::move(event));
 }
 
 }  // namespace aprsim::crcl_server

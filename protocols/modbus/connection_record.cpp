@@ -55,7 +55,7 @@ void ConnectionRecord::tap(bool from_client, std::span<const std::uint8_t> adu) 
   event.from_client = from_client;
   event.time = std::chrono::system_clock::now();
   if (!from_client) event.latency_s = since.count();
-  tap->note(std::move(event));
+  tap->record(std::move(event));
 }
 
 }  // namespace aprsim::modbus_server

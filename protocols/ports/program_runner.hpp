@@ -30,8 +30,8 @@ struct ProgramStatus {
   bool running = false;
   bool stopping = false;
   bool failed = false;  ///< it has ended with an error
-  std::string ended;    ///< description of its end
-  double time_s = 0;    ///< simulated, as the program says
+  std::string end_reason;
+  double time_s = 0;  ///< simulated, as the program says
   std::uint32_t placed = 0;
   std::vector<OrderProgress> orders;
   std::vector<std::string> lines;  ///< the latest that it has said

@@ -35,7 +35,7 @@ class WireTrace {
  public:
   virtual ~WireTrace() = default;
   /// Accepts the record or counts it as missing; never blocks. Thread: any.
-  virtual void note(WireRecord record) = 0;
+  virtual void record(WireRecord record) = 0;
 };
 
 }  // namespace aprsim::protocols

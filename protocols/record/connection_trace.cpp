@@ -28,7 +28,7 @@ ConnectionTrace::ConnectionTrace(WireTrace* trace, const api::SnapshotSource& so
   if (trace_ == nullptr) return;
   connection_ = std::make_shared<const WireConnection>(
       WireConnection{kind, std::move(listener), next_number(), std::move(peer)});
-  note(WireContent::kOpened, {}, {});
+  record(WireContent::kOpened, {}, {});
 }
 
 ConnectionTrace::ConnectionTrace(ConnectionTrace&& other) noexcept
@@ -48,7 +48,7 @@ ConnectionTrace& ConnectionTrace::operator=(ConnectionTrace&& other) noexcept {
 
 void ConnectionTrace::closed(std::string_view why) {
   if (trace_ == nullptr) return;
-  note(WireContent::kClosed, {}, why);
+  record(WireContent::kClosed, {}, why);
   trace_ = nullptr;
 }
 
@@ -59,12 +59,12 @@ void ConnectionTrace::received_first(std::string_view data) {
 }
 
 void ConnectionTrace::catch_up() {
-  if (first_) trace_->note(*std::exchange(first_, std::nullopt));
+  if (first_) trace_->record(*std::exchange(first_, std::nullopt));
 }
 
-void ConnectionTrace::note(WireContent content, std::string_view data, std::string_view text) {
+void ConnectionTrace::record(WireContent content, std::string_view data, std::string_view text) {
   catch_up();
-  trace_->note(record_of(content, data, text));
+  trace_->record(record_of(content, data, text));
 }
 
 WireRecord ConnectionTrace::record_of(WireContent content, std::string_view data,
@@ -81,9 +81,9 @@ WireRecord ConnectionTrace::record_of(WireContent content, std::string_view data
   return record;
 }
 
-void note(WireTrace& trace, const api::SnapshotSource& source, WireRecord record) {
+void record(WireTrace& trace, const api::SnapshotSource& source, WireRecord record) {
   set_time(record, source);
-  trace.note(std::move(record));
+  trace.record(std::move(record));
 }
 
 }  // namespace aprsim::protocols

@@ -25,14 +25,14 @@ class ConnectionTrace {
 
   /// Records a message as it was on the wire; `text`: its error.
   void received(std::string_view data, std::string_view text = {}) {
-    if (trace_ != nullptr) note(WireContent::kReceived, data, text);
+    if (trace_ != nullptr) record(WireContent::kReceived, data, text);
   }
   /// The same for a message that is answered at once: the record is created now, and passed on with
   /// the next one or by catch_up(), after the answer was sent.
   void received_first(std::string_view data);
   void catch_up();
   void sent(std::string_view data) {
-    if (trace_ != nullptr) note(WireContent::kSent, data, {});
+    if (trace_ != nullptr) record(WireContent::kSent, data, {});
   }
   /// A second call does nothing.
   void closed(std::string_view why);
@@ -40,7 +40,7 @@ class ConnectionTrace {
   [[nodiscard]] std::uint64_t number() const { return connection_ ? connection_->number : 0; }
 
  private:
-  void note(WireContent content, std::string_view data, std::string_view text);
+  void record(WireContent content, std::string_view data, std::string_view text);
   [[nodiscard]] WireRecord record_of(WireContent content, std::string_view data,
                                      std::string_view text) const;
 
@@ -51,6 +51,6 @@ class ConnectionTrace {
 };
 
 /// Passes on a record with the present time and that of the latest snapshot.
-void note(WireTrace& trace, const api::SnapshotSource& source, WireRecord record);
+void record(WireTrace& trace, const api::SnapshotSource& source, WireRecord record);
 
 }  // namespace aprsim::protocols

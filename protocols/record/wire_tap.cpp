@@ -40,7 +40,7 @@ void WireTap::want_polls(bool on) {
   polls_ = {};
 }
 
-void WireTap::note(WireEvent event) {
+void WireTap::record(WireEvent event) {
   if (event.poll && !wants_polls()) return;
   const api::SnapshotPtr snapshot = source_.latest();
   event.sim_time_s = std::chrono::duration<double>(snapshot->time).count();
@@ -71,7 +71,7 @@ void WireTap::note(WireEvent event) {
 void WireTap::audit(const WireEvent& event) const {
   AuditRecord record{.wire = event.source,
                      .peer = event.peer,
-                     .who = "no credentials",
+                     .identity = "no credentials",
                      .command = event.type,
                      .request = event.data,
                      .outcome = event.state,

@@ -60,7 +60,7 @@ class WireTap {
   /// Turning it off drops all kept polls.
   void want_polls(bool on);
 
-  void note(WireEvent event);
+  void record(WireEvent event);
 
   /// Appends the events from number `from` on in order, about `max_bytes` at most; returns the
   /// number to continue with.

@@ -23,10 +23,10 @@ Result<protocols::AccessRules> access_rules(const Config& config) {
     rules.tokens.push_back(
         entry_of(config.web.token, "of the configuration", Role::kAdmin, std::nullopt));
   }
-  const Role looks = config.access.strangers_look ? Role::kView : Role::kNone;
-  rules.others = config.access.insecure_control ? Role::kAdmin : looks;
+  const Role anonymous = config.access.allow_anonymous_view ? Role::kView : Role::kNone;
+  rules.others = config.access.insecure_control ? Role::kAdmin : anonymous;
   rules.local = config.access.insecure_control                        ? Role::kAdmin
-                : asks_for_credentials(config) || !config.web.control ? looks
+                : asks_for_credentials(config) || !config.web.control ? anonymous
                                                                       : Role::kAdmin;
   return rules;
 }

@@ -46,9 +46,9 @@ std::vector<std::string> interface_addresses(bool v6) {
 std::string by_credentials(const Config& config, bool read_only) {
   const bool asks = asks_for_credentials(config);
   const std::string holder = "holders of a token or certificate may ";
-  std::string who = config.access.strangers_look ? "anyone may view"
-                    : asks                       ? holder + "view"
-                                                 : "no other machine may view";
+  std::string who = config.access.allow_anonymous_view ? "anyone may view"
+                    : asks                             ? holder + "view"
+                                                       : "no other machine may view";
   if (config.access.insecure_control && !read_only) {
     who = "anyone may command the cell (access.insecure_control)";
   } else if (read_only || !asks) {

@@ -110,7 +110,7 @@ struct AccessConfig {
   std::optional<std::string> file, audit_file;
   bool insecure_control = false;
   bool allow_foreign_states = false;
-  bool strangers_look = true;  ///< key anonymous
+  bool allow_anonymous_view = true;  ///< key anonymous
 };
 
 /// Encryption of gRPC and the page; none without a certificate.
@@ -136,6 +136,7 @@ struct HistoryConfig {
 /// The memory of the daemon. Sizes that other sections leave out are shares of it: memory_shares().
 struct MemoryConfig {
   std::uint32_t max_mb = 400;
+  std::optional<std::uint32_t> saved_states_mb;
 };
 
 /// Limits of the connections of every listener.
@@ -150,7 +151,6 @@ struct Config {
   Speed speed;
   TimeConfig time;
   std::string log_level = "info";
-  std::optional<std::uint32_t> saved_states_mb;
   MemoryConfig memory;
   JournalConfig journal;
   HistoryConfig history;

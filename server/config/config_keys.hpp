@@ -150,7 +150,7 @@ void visit(Archive& keys, AccessConfig& access) {
   keys.key("file", access.file, Maybe<Text>{},
            "file of tokens, and of names in client certificates, with their roles; created by "
            "aprsimd token, with mode 600");
-  keys.key("anonymous", access.strangers_look, Word{{"none", "view"}},
+  keys.key("anonymous", access.allow_anonymous_view, Word{{"none", "view"}},
            "role of callers without credentials over gRPC and on the page; on this machine it "
            "applies only where credentials are required");
   keys.key("insecure_control", access.insecure_control, Flag{},
@@ -159,7 +159,7 @@ void visit(Archive& keys, AccessConfig& access) {
            "load saved states that no daemon of this user has signed");
   keys.key("audit_file", access.audit_file, Maybe<Text>{},
            "file to which each command and its sender are appended as JSON lines");
-  keys.require(!access.insecure_control || access.strangers_look,
+  keys.require(!access.insecure_control || access.allow_anonymous_view,
                "anonymous: view together with insecure_control: true");
 }
 
@@ -218,6 +218,8 @@ void visit(Archive& keys, MemoryConfig& memory) {
   keys.key("max_mb", memory.max_mb, Whole{192, 65536},
            "limit of the daemon's memory, from which journal, history, saved states and clients "
            "have their shares [MB]");
+  keys.key("saved_states_mb", memory.saved_states_mb, Maybe<Whole>{{1, 65536}},
+           "limit of the memory of all saved states; a share of max_mb when absent [MB]");
 }
 
 template <typename Archive>
@@ -228,8 +230,6 @@ void visit(Archive& keys, Config& config) {
   keys.section("time", config.time, "virtual time");
   keys.key("log_level", config.log_level, Word{{"trace", "debug", "info", "warn", "error"}},
            "least severity of logged messages");
-  keys.key("saved_states_mb", config.saved_states_mb, Maybe<Whole>{{1, 65536}},
-           "limit of the memory of all saved states; a share of memory.max_mb when absent [MB]");
   keys.section("memory", config.memory, "memory of the daemon");
   keys.section("journal", config.journal, "recording of the run");
   keys.section("history", config.history, "past of the run, in memory");

@@ -35,14 +35,14 @@ Result<MemoryShares> memory_shares(const Config& config) {
   shares.journal_files = percent(rest, 4);
   shares.history = or_share(config.history.max_mb, percent(rest, 26));
   shares.past_states = percent(rest, 8);
-  shares.saved_states = or_share(config.saved_states_mb, percent(rest, 12));
+  shares.saved_states = or_share(config.memory.saved_states_mb, percent(rest, 12));
   const std::uint64_t needed = shares.program + shares.clients + shares.journal_ring +
                                kQueues * shares.journal_queue + shares.journal_files +
                                shares.history + shares.past_states + shares.saved_states;
   if (needed <= shares.total) return shares;
   return fail(ErrorCode::kInvalidArgument, "memory.max_mb",
               fmt::format("memory.max_mb: {} MB are too few: journal.memory_mb {}, history.max_mb "
-                          "{}, saved_states_mb {} and all else together need {} MB",
+                          "{}, memory.saved_states_mb {} and all else together need {} MB",
                           config.memory.max_mb, shares.journal_ring / kMb, shares.history / kMb,
                           shares.saved_states / kMb, (needed + kMb - 1) / kMb));
 }

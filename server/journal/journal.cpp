@@ -125,7 +125,7 @@ void Journal::stopped(world::RunTime time, const std::string& why) {
   push(authoritative_, [&] { return WorldStopped{time, why}; });
 }
 
-void Journal::note(protocols::WireRecord record) {
+void Journal::record(protocols::WireRecord record) {
   const WallTime wall = record.wall;
   push(
       informational_, [&] { return std::move(record); }, wall);

@@ -71,7 +71,7 @@ class Journal final : public world::Recorder,
   }
 
   // ---- Thread: any
-  void note(protocols::WireRecord record) override;
+  void record(protocols::WireRecord record) override;
   /// Records what a listener has refused before the cell saw it, with the latest snapshot of that
   /// listener.
   void refused(const api::Snapshot& seen, std::string_view listener, std::string_view what);

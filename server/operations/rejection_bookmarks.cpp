@@ -17,8 +17,8 @@ void RejectionBookmarks::refused(std::string_view source, std::string_view what)
   }
   const auto seen = source_.latest();
   const std::string text = protocols::log_text(what);
-  bookmarks_.note({seen->epoch, seen->step}, api::BookmarkKind::kRefusal,
-                  std::string(source) + ": refused: " + text);
+  bookmarks_.add({seen->epoch, seen->step}, api::BookmarkKind::kRefusal,
+                 std::string(source) + ": refused: " + text);
   if (journal_ != nullptr) journal_->refused(*seen, source, text);
 } catch (const std::bad_alloc&) {
   // The moment can be found without a bookmark.

@@ -88,12 +88,12 @@ std::optional<std::string> take_line(std::string_view line, web::ProgramStatus& 
   const auto progress = object.find("progress");
   if (progress != object.end() && progress->is_object()) take_progress(*progress, status);
   if (object.contains("report")) status.report = table_in(object);
-  if (const std::string what = text_in(object, "what"); !what.empty()) {
-    add_line(fmt::format("{:.2f} s: {}", number_in(object, "time_s"), what), status);
+  if (const std::string event = text_in(object, "event"); !event.empty()) {
+    add_line(fmt::format("{:.2f} s: {}", number_in(object, "time_s"), event), status);
   }
   if (const std::string text = text_in(object, "text"); !text.empty()) {
-    const std::string who = text_in(object, "who");
-    add_line(who.empty() ? text : who + ": " + text, status);
+    const std::string source = text_in(object, "source");
+    add_line(source.empty() ? text : source + ": " + text, status);
   }
   return std::nullopt;
 }

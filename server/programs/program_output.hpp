@@ -16,8 +16,8 @@ inline constexpr std::size_t kLongestReport = 16384;  ///< bytes
 
 /// Updates the status by a line of a program's output: a JSON object with "progress" ("time_s",
 /// "placed", and "orders" with "name", "tray", "state", "kits", "done", "parts", "parts_wanted"),
-/// with "what" (and "time_s"), with "text" (and "who"), or with "report". Values of another type
-/// are ignored, long ones are cut. Returns a line that is no JSON, for the log.
+/// with "event" (and "time_s"), with "text" (and "source"), or with "report". Values of another
+/// type are ignored, long ones are cut. Returns a line that is no JSON, for the log.
 [[nodiscard]] std::optional<std::string> take_line(std::string_view line,
                                                    web::ProgramStatus& status);
 

@@ -21,8 +21,8 @@ namespace fs = std::filesystem;
 using process::ChildProcess;
 using SteadyClock = std::chrono::steady_clock;
 
-constexpr std::chrono::milliseconds kLookPeriod{50};
-constexpr std::size_t kBytesPerLook = std::size_t{16} << 10;  // a flood waits in its pipe
+constexpr std::chrono::milliseconds kPollPeriod{50};
+constexpr std::size_t kBytesPerPoll = std::size_t{16} << 10;  // a flood waits in its pipe
 /// Describes how a program has ended.
 std::string end_of(int code, bool was_stopped, bool killed) {
   if (killed) return "killed: it did not end on SIGTERM";
@@ -147,13 +147,13 @@ void Programs::run() {
       status = std::move(child.status);
     } else {
       status.failed = true;
-      status.ended = process.error().message;
+      status.end_reason = process.error().message;
     }
     status.running = status.stopping = false;
     if (status.failed) {
-      spdlog::warn("programs: {}: {}", status.name, status.ended);
+      spdlog::warn("programs: {}: {}", status.name, status.end_reason);
     } else {
-      spdlog::info("programs: {}: {}", status.name, status.ended);
+      spdlog::info("programs: {}: {}", status.name, status.end_reason);
     }
     auto last = std::make_shared<const web::ProgramStatus>(std::move(status));
     lock.lock();
@@ -169,14 +169,14 @@ void Programs::serve(Child& child) {
   while (true) {
     // Queried first, so that all output before the end is read.
     code = child.process.ended();
-    const auto lines = code ? child.process.lines() : child.process.lines(kBytesPerLook);
+    const auto lines = code ? child.process.lines() : child.process.lines(kBytesPerPoll);
     for (const std::string& line : lines) {
       if (const auto text = take_line(line, status)) child.log.warn(status.name + ": " + *text);
     }
     if (!lines.empty()) publish(status);
     if (code) break;
     std::unique_lock lock(mutex_);
-    changed_.wait_for(lock, kLookPeriod, [&] { return stop_wanted_ && !status.stopping; });
+    changed_.wait_for(lock, kPollPeriod, [&] { return stop_wanted_ && !status.stopping; });
     const bool closing = closed_;
     if (stop_wanted_ && !status.stopping) {
       lock.unlock();
@@ -194,7 +194,7 @@ void Programs::serve(Child& child) {
     }
   }
   status.failed = child.killed || (*code != 0 && !status.stopping);
-  status.ended = end_of(*code, status.stopping, child.killed);
+  status.end_reason = end_of(*code, status.stopping, child.killed);
 }
 
 std::vector<Program> known_programs(const std::string& scene, const std::string& host,
@@ -216,7 +216,7 @@ std::vector<Program> known_programs(const std::string& scene, const std::string&
   for (const std::string& name : scene::names_in(paths.scenarios)) {
     const auto summary = scenario::summarize_scenario(name, paths);
     // `aprsim scenario` reports a scenario that cannot be read.
-    if (!summary || summary->own_parts) continue;
+    if (!summary || summary->changes_parts) continue;
     if (!fs::equivalent(summary->scene_file, *file, status)) continue;
     all.push_back({{name, summary->description, true},
                    {process::program_beside("aprsim"), "--ports-file", ports_file, "--host", host,

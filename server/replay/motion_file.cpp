@@ -8,7 +8,7 @@
 
 #include "aprsim/v1/motion.pb.h"
 #include "protocols/messages/write_message.hpp"
-#include "protocols/web/topics/scene_looks.hpp"
+#include "protocols/web/topics/scene_appearance.hpp"
 #include "protocols/web/topics/visual_message.hpp"
 #include "server/listeners/visual_description.hpp"
 
@@ -35,7 +35,7 @@ void MotionFile::describe(const world::World& world) {
   v1::MotionRecord record;
   v1::MotionHeader& out = *record.mutable_header();
   protocols::write_message(*world.description(), *out.mutable_cell());
-  web::write_message(visual_of(*world.scene()), *out.mutable_looks());
+  web::write_message(visual_of(*world.scene()), *out.mutable_appearance());
   for (const scene::Robot& robot : scene_.robots) {
     if (described_) break;
     std::ifstream model(robot.model_file, std::ios::binary);

@@ -50,7 +50,7 @@ Result<ReplayResult> replay_run(const RecordedRun& run, const ReplayPart& part) 
 
 std::string text_of(const Difference& difference) {
   return fmt::format("at step {} of epoch {}: {}\n", difference.time.step, difference.time.epoch,
-                     difference.what);
+                     difference.text);
 }
 
 std::string text_of(const RecordedRun& run, const ReplayResult& result) {
@@ -93,7 +93,7 @@ std::string json_of(const RecordedRun& run, const ReplayResult& result) {
     if (!difference) return;
     object[key] = {{"epoch", difference->time.epoch},
                    {"step", difference->time.step},
-                   {"what", difference->what}};
+                   {"text", difference->text}};
   };
   add("difference", result.difference);
   add("reply", result.reply);

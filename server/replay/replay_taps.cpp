@@ -95,10 +95,10 @@ void ReplayTaps::show_crcl(const v1::JournalWire& wire, protocols::WireEvent eve
       protocols::WireEvent end = event;
       end.data.clear();
       if (status->command.description) end.state += ": " + *status->command.description;
-      crcl_.note(std::move(end));
+      crcl_.record(std::move(end));
     }
     event.poll = true;
-    return crcl_.note(std::move(event));
+    return crcl_.record(std::move(event));
   }
   event.state = wire.text();
   if (has(document, "<CRCLProgram")) {
@@ -113,7 +113,7 @@ void ReplayTaps::show_crcl(const v1::JournalWire& wire, protocols::WireEvent eve
     event.state = command.error().message();
   }
   if (!event.poll) ended_[event.source] = false;
-  crcl_.note(std::move(event));
+  crcl_.record(std::move(event));
 }
 
 void ReplayTaps::show_modbus(const v1::JournalWire& wire, protocols::WireEvent event) {
@@ -123,7 +123,7 @@ void ReplayTaps::show_modbus(const v1::JournalWire& wire, protocols::WireEvent e
   shown.peer = std::move(event.peer);
   shown.from_client = event.from_client;
   shown.time = event.time;
-  modbus_.note(std::move(shown));
+  modbus_.record(std::move(shown));
 }
 
 void ReplayTaps::show_page(const v1::JournalWire& wire, protocols::WireEvent event) {
@@ -134,8 +134,8 @@ void ReplayTaps::show_page(const v1::JournalWire& wire, protocols::WireEvent eve
   event.state = wire.text();
   event.type = web::title_of(request, *cell_.latest()->cell);
   event.data = web::json_of(request);
-  if (request.has_conveyor() || request.has_write_register()) modbus_.note(event);
-  crcl_.note(std::move(event));
+  if (request.has_conveyor() || request.has_write_register()) modbus_.record(event);
+  crcl_.record(std::move(event));
 }
 
 }  // namespace aprsim::server

@@ -165,7 +165,7 @@ void expect_same_from(const v1::JournalHeader& header,
         << "from record " << first << ": other bytes at step " << all[i].checkpoint().time().step();
   }
   EXPECT_FALSE(replay.result().difference)
-      << "from record " << first << ": " << replay.result().difference->what;
+      << "from record " << first << ": " << replay.result().difference->text;
 }
 
 // APRSIM_JOURNAL_STEPS makes it longer: 600000 are ten simulated minutes. APRSIM_JOURNAL_PROGRAMS

@@ -181,7 +181,7 @@ TEST_F(ReplayOfWires, GivesAllRepliesAgainAndNamesTheFirstThatIsAnotherOne) {
     EXPECT_EQ(found["difference"], nullptr) << found;
     ASSERT_NE(found["reply"], nullptr) << one.listener << one.says;
     EXPECT_EQ(found["reply"]["step"], at);
-    const std::string what = found["reply"]["what"];
+    const std::string what = found["reply"]["text"];
     EXPECT_TRUE(what.starts_with(one.listener + " to 127.0.0.1:")) << what;
     EXPECT_NE(what.find(one.says), std::string::npos) << what;
   }
@@ -214,7 +214,7 @@ TEST_F(ReplayOfWires, SaysWhenARobotDoesOtherwise) {
   ASSERT_NE(found["difference"], nullptr) << found;
   ASSERT_NE(found["reply"], nullptr) << found;
   EXPECT_LE(found["reply"]["step"], found["difference"]["step"]);
-  const std::string what = found["reply"]["what"];
+  const std::string what = found["reply"]["text"];
   EXPECT_TRUE(what.starts_with("crcl.fanuc to 127.0.0.1:")) << what;
   EXPECT_NE(what.find(" by "), std::string::npos) << what;
   ASSERT_EQ(found["cautions"].size(), 1U) << found;

@@ -1,4 +1,4 @@
-// The site of docs/build, as the daemon serves it: no complaint of the browser, search, the page's link.
+// The site of docs/build, as the daemon serves it: no complaint of the browser, search, the page's links.
 import assert from 'node:assert/strict';
 import {after, before, test} from 'node:test';
 import {Daemon, openBrowser, stopAll, until} from './harness.mjs';
@@ -61,4 +61,26 @@ test('the page links to the documents', async () => {
   const page = await open('');
   const link = page.getByRole('link', {name: 'Docs'});
   assert.equal(await link.getAttribute('href'), 'docs/');
+});
+
+test('each panel links to the documents that explain it', async () => {
+  const page = await open('');
+  const tabs = await page.getByRole('tab').all();
+  assert.equal(tabs.length, 7);
+  for (const tab of tabs) {
+    await tab.click();
+    const link = page.locator('.tabrow a.explain:visible');
+    assert.equal(await link.count(), 1);
+    const name = await tab.evaluate((button) => button.firstChild.textContent);
+    assert.equal(await link.getAttribute('aria-label'), `Documentation: ${name}`);
+  }
+  const targets = await page.evaluate(() =>
+    [...document.querySelectorAll('a.explain')].map((link) => link.href)
+  );
+  assert.equal(new Set(targets).size, 7, targets.join(' '));
+  for (const target of new Set(targets)) {
+    const answer = await fetch(target);
+    assert.equal(answer.status, 200, target);
+    assert.match(await answer.text(), /<article/, target);
+  }
 });

@@ -61,7 +61,7 @@ after(async () => {
 const shown = () =>
   page.evaluate(() => {
     const {view} = document.querySelector('main.stage');
-    const {snapshot, past, cell, looks, live} = view.state;
+    const {snapshot, past, cell, appearance, live} = view.state;
     return {
       past: past !== null,
       epoch: Number(snapshot.epoch),
@@ -70,7 +70,7 @@ const shown = () =>
       scene: cell.scene,
       bodies: cell.bodies.map(({name}) => name),
       states: snapshot.bodies.length,
-      fixed: looks.fixed.length,
+      fixed: appearance.fixed.length,
       live: Number(live.step)
     };
   });

@@ -72,7 +72,7 @@ test('in a paused cell the demo offers to resume', async () => {
   );
   await until('the demo to run', () => page.getByTestId('start').isHidden());
   await page.getByTestId('play').click();
-  await page.getByRole('tab', {name: 'Trials'}).click();
+  await page.getByRole('tab', {name: 'Scenarios'}).click();
   const waits = page.getByTestId('program-waits');
   await until('an offer to resume', () => waits.isVisible());
   await waits.getByRole('button', {name: 'Resume'}).click();

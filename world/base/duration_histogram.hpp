@@ -8,8 +8,8 @@
 
 namespace aprsim::api {
 
-/// How often something took how long, in fixed buckets: those of a Prometheus histogram. One thread
-/// adds, any thread reads; neither waits. A concurrent reader may miss the latest one.
+/// A histogram of durations with fixed buckets, as in Prometheus. One thread adds, any thread
+/// reads; neither waits. A concurrent reader may miss the latest one.
 class DurationHistogram {
  public:
   /// Upper bounds [us]; longer durations have a bucket of their own.
@@ -18,7 +18,7 @@ class DurationHistogram {
       2000, 5000, 10'000, 20'000, 50'000, 100'000, 500'000, 1'000'000};
 
   struct Counts {
-    std::array<std::uint64_t, kBounds_us.size() + 1> buckets{};  ///< each for itself
+    std::array<std::uint64_t, kBounds_us.size() + 1> buckets{};  ///< not cumulative
     std::uint64_t count = 0;
     double sum_s = 0;
   };

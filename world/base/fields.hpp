@@ -22,7 +22,7 @@ struct Set {};
 struct Mutable {};
 struct Add {};
 struct Has {};
-struct HasPresence {};  ///< std::true_type where the message tells an absent field from a zero
+struct HasPresence {};  ///< std::true_type if the field has presence in the message
 
 /// The field of a message under a name.
 template <typename Access>
@@ -49,7 +49,7 @@ constexpr Within<Access, Place> within(Access access, Place place) {
 
 /// The struct is represented by this value alone.
 struct Alone {};
-/// Code that knows more than the struct writes it, or no message has it.
+/// Hand-written code converts it, or no message has it.
 struct Omitted {};
 
 template <typename Member, typename Place, bool archived>
@@ -96,8 +96,8 @@ struct AnyValue {
   operator T() const;
 };
 
-/// Whether the fields are all members of T in their order: T takes a value for each of them, and
-/// none besides.
+/// Whether the fields are all members of T in order: T is an aggregate of exactly that many
+/// members.
 template <typename T, typename... Members, typename... Places, bool... archived>
 consteval bool is_complete(const std::tuple<Field<Members T::*, Places, archived>...>&) {
   constexpr bool kTakesThem = requires { T{std::declval<Members>()...}; };
@@ -154,7 +154,7 @@ constexpr void for_each_archived(T& value, Use&& use) {
 /// INLINED(member): its fields stand in the struct's message; of a variant its oneof.
 /// INLINED_IN(message, member): its fields stand in that message of the struct's message.
 /// ALONE(member): messages have this value in place of the struct.
-/// BY_HAND(member): messages have it by code of protocols/messages that knows more.
+/// BY_HAND(member): hand-written code of protocols/messages converts it.
 /// ARCHIVE_ONLY(member): messages do not have it.
 /// NOWHERE(member): neither messages nor archives have it.
 #define APRSIM_FIELDS(TYPE, ...)                                                   \

@@ -11,7 +11,7 @@ class RateLimit {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// `per_second` 0 = no limit. The burst is a second's worth.
+  /// `per_second` 0 = no limit. The burst size is `per_second`.
   explicit RateLimit(double per_second) : RateLimit(per_second, per_second) {}
   RateLimit(double per_second, double burst)
       : per_second_(per_second), burst_(burst), tokens_(burst) {}
@@ -36,7 +36,7 @@ class RateLimit {
   void refill(Clock::time_point now) {
     const std::chrono::duration<double> since = now - refilled_;
     if (since.count() <= 0) return;
-    // The first call comes with an arbitrary distance; the bucket is full then, and stays so.
+    // The first call has an arbitrary time difference; the full bucket absorbs it.
     tokens_ = std::min(burst_, tokens_ + per_second_ * since.count());
     refilled_ = now;
   }

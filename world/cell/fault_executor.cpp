@@ -128,7 +128,8 @@ void FaultExecutor::apply(const FaultEffects& effects) {
   if (parts_.conveyor != nullptr) parts_.conveyor->set_faults(effects.belt);
   if (parts_.photo_eyes != nullptr) parts_.photo_eyes->set_stuck(effects.photo_eyes);
   for (int i = 0; i < parts_.physics.body_count(); ++i) {
-    parts_.physics.set_jammed(i, std::ranges::find(effects.jammed, i) != effects.jammed.end());
+    parts_.physics.set_decoupled_from_belt(
+        i, std::ranges::find(effects.decoupled_from_belt, i) != effects.decoupled_from_belt.end());
   }
 }
 

@@ -187,7 +187,7 @@ void World::run_faults() {
   for (const std::uint64_t id : changes.begun) {
     const FaultSpec* fault = faults_.spec(id);
     const std::string note = fault ? executor.carry_out(*fault) : std::string();
-    if (!note.empty()) faults_.note(id, note);
+    if (!note.empty()) faults_.set_note(id, note);
   }
   if (detector_) report_faults(changes);
   const FaultEffects effects = lasting_effects();
@@ -271,7 +271,7 @@ void World::read_photo_eyes() {
 
 void World::read_light_curtain() {
   if (!light_curtain_) return;
-  curtain_ = light_curtain_->look(occluders_->all());
+  curtain_ = light_curtain_->measure(occluders_->all());
   if (conveyor_ && settings_.curtain_stops_belt()) conveyor_->set_light_curtain(curtain_.broken);
   stop_robots_if_broken();
 }

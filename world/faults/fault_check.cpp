@@ -401,7 +401,7 @@ Result<FaultSpec> resolve(const api::InjectFault& request, const api::CellDescri
   if (!request.duration) return spec;
   const double s = seconds(*request.duration);
   if (kind->momentary) {
-    return bad_fault("duration", std::string(kind->name) + " is over at once, but a duration of " +
+    return bad_fault("duration", std::string(kind->name) + " is momentary, but a duration of " +
                                      short_number(s) + " s is given");
   }
   if (!(s > 0 && s <= kLongest_s)) {

@@ -222,7 +222,7 @@ void EffectAccumulator::add(const ActiveFault& fault) {
   } else if (spec.kind <= Kind::kPhotoEyeStuckOff) {
     add_belt(spec);
   } else if (spec.kind == Kind::kTrayJammed) {
-    if (fault.caught) out.jammed.push_back(spec.body);
+    if (fault.caught) out.decoupled_from_belt.push_back(spec.body);
   } else if (spec.kind == Kind::kForeignObject) {
     out.intruders.push_back(object_of(spec));
   } else if (spec.kind == Kind::kCurtainBroken) {

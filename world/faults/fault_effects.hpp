@@ -23,7 +23,7 @@ struct FaultEffects {
   BeltFaults belt;
   std::array<std::optional<bool>, api::kMaxPhotoEyes> photo_eyes;  ///< overridden readings
   std::vector<api::Intruder> intruders;
-  std::vector<int> jammed;  ///< trays that the belt does not carry
+  std::vector<int> decoupled_from_belt;  ///< trays that the belt does not carry
 };
 
 /// Combines the effects of these faults in a cell of robots with these joints. A cell with a

@@ -203,7 +203,7 @@ std::vector<ActiveFault> FaultSchedule::active() const {
   return out;
 }
 
-void FaultSchedule::note(std::uint64_t id, const std::string& text) {
+void FaultSchedule::set_note(std::uint64_t id, const std::string& text) {
   for (api::InjectedFault& fault : past_) {
     if (fault.id == id) fault.note = text;
   }

@@ -84,7 +84,7 @@ class FaultSchedule {
   /// The active faults.
   [[nodiscard]] std::vector<ActiveFault> active() const;
   /// Sets the remark on a fault that has ended.
-  void note(std::uint64_t id, const std::string& text);
+  void set_note(std::uint64_t id, const std::string& text);
 
   /// Renumbers bodies: `new_of` has the new number of each old one.
   void renumber(std::span<const int> new_of);

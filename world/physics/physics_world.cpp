@@ -73,7 +73,9 @@ void PhysicsWorld::set_velocity(int body, const Eigen::Vector3d& v_com_W,
   impl_->placement.set_velocity(body, v_com_W, omega_W);
 }
 
-void PhysicsWorld::set_jammed(int body, bool jammed) { impl_->placement.set_jammed(body, jammed); }
+void PhysicsWorld::set_decoupled_from_belt(int body, bool decoupled_from_belt) {
+  impl_->placement.set_decoupled_from_belt(body, decoupled_from_belt);
+}
 
 void PhysicsWorld::place(std::span<const Placement> placements) {
   impl_->placement.place(placements);

@@ -66,10 +66,10 @@ std::string Health::problem(WallTime wall_now, const api::Snapshot& snapshot) co
                      backlog = backlog_since_ns_;
   char text[120] = "";
   if (lasts(turn, now, kStuck)) {
-    std::snprintf(text, sizeof text, "the simulation has not moved on for %.1f s",
+    std::snprintf(text, sizeof text, "the simulation has made no progress for %.1f s",
                   seconds_between(turn, now));
   } else if (lasts(backlog, now, kBacklog)) {
-    std::snprintf(text, sizeof text, "more than %zu commands wait at a time, for %.1f s",
+    std::snprintf(text, sizeof text, "more than %zu commands have been waiting for %.1f s",
                   backlog_limit_, seconds_between(backlog, now));
   } else if (lasts(slow, now, kSlow)) {
     std::snprintf(text, sizeof text, "the pace is %.2f instead of %g", snapshot.real_time_factor,

@@ -29,7 +29,7 @@ void RunControl::begin_run(api::Ticket ticket, const api::RunUntil& wanted, int 
 }
 
 void RunControl::end_run(api::Ticket ticket, std::uint64_t step) {
-  if (run_.is_active(ticket)) interrupt_run("it was given up", step);
+  if (run_.is_active(ticket)) interrupt_run("it was cancelled", step);
 }
 
 void RunControl::interrupt_run(std::string why, std::uint64_t step) {

@@ -38,7 +38,7 @@ Result<void> SavedStates::keep(const std::string& name, api::StatePtr state, Sim
     return fail(ErrorCode::kFailedPrecondition, "name",
                 "'" + name + "' cannot be saved: the saved states would take " +
                     megabytes(list->bytes) + " MB, the limit is " + megabytes(max_bytes_) +
-                    " MB; delete one, or set saved_states_mb");
+                    " MB; delete one, or set memory.saved_states_mb");
   }
   entries_.insert_or_assign(name, std::move(more));
   list_ = std::move(list);

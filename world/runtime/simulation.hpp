@@ -27,14 +27,14 @@ namespace aprsim::world {
 class Simulation final : public api::CommandSink, public api::SnapshotSource {
  public:
   /// Builds the world (throws std::runtime_error as World does) and publishes its first snapshot;
-  /// start() sets it going.
+  /// start() starts the thread.
   Simulation(std::shared_ptr<const scene::Scene> scene, SimulationOptions options);
   ~Simulation() override;
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;
 
   void start();
-  /// Ends the thread after the step it is in. Safe to call twice.
+  /// Ends the thread after its current step; may be called twice.
   void stop();
 
   [[nodiscard]] Result<api::Ticket> submit(api::Command command) override;

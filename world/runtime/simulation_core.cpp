@@ -37,7 +37,7 @@ Result<void> SimulationCore::carry_out(const QueuedCommand& queued) {
                       *simulation);
   } catch (const std::exception& failure) {
     const std::string why = "a command failed: " + std::string(failure.what());
-    // Half a command may have been carried out.
+    // The command may have taken effect in part.
     if (simulation == nullptr) stop_world(why);
     return fail(ErrorCode::kUnavailable, "simulation", why);
   }

@@ -17,7 +17,7 @@
 
 namespace aprsim::world {
 
-/// The course of a simulation without its thread and its clock: applies commands between steps,
+/// A simulation without its thread and clock: applies commands between steps,
 /// steps the world, stops on faults, and records all of it. Thread: sim, unless said otherwise.
 class SimulationCore {
  public:

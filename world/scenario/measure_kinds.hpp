@@ -5,14 +5,14 @@
 
 namespace aprsim::scenario {
 
-/// A number that a run is judged by.
+/// One measure of a run.
 struct MeasureKind {
   std::string_view name, unit;  ///< unit "1" = none
   std::string_view meaning;
-  int better = 0;  ///< 1 = more is, -1 = less is, 0 = neither
+  int better = 0;  ///< 1 = higher is better, -1 = lower is better, 0 = neither
 };
 
-/// All of them, in the order of reports.
+/// All measures, in the order of reports.
 [[nodiscard]] std::span<const MeasureKind> measure_kinds();
 /// Null when none has this name.
 [[nodiscard]] const MeasureKind* find_measure(std::string_view name);

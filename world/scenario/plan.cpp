@@ -15,19 +15,19 @@ namespace {
 using yaml::detail::list;
 using yaml::detail::scalar;
 
-constexpr int kTrials = 100;
+constexpr int kMaxDraws = 100;
 constexpr double kDegree = 0.017453292519943295;
 
-/// Numbers by name: FNV-1a of the name and the seed, then SplitMix64.
+/// Random numbers by name: FNV-1a hash of the name and the seed, mixed by SplitMix64.
 class Draw {
  public:
   Draw(std::uint64_t seed, int trial)
       : start_(seed * 0x9e3779b97f4a7c15U + static_cast<std::uint64_t>(trial)) {}
 
-  /// `unit`: for its name among what was drawn; with a value in it, `per_unit` of it.
+  /// A uniform number, recorded as name + `unit` in multiples of `per_unit`.
   [[nodiscard]] double between(std::string_view name, double min, double max, std::string_view unit,
                                double per_unit = 1) {
-    const double value = evenly(name, min, max);
+    const double value = uniform(name, min, max);
     if (min != max) drawn_[std::string(name).append(unit)] = value / per_unit;
     return value;
   }
@@ -38,7 +38,7 @@ class Draw {
   [[nodiscard]] std::map<std::string, double> take_drawn() { return std::move(drawn_); }
 
  private:
-  [[nodiscard]] double evenly(std::string_view name, double min, double max) const {
+  [[nodiscard]] double uniform(std::string_view name, double min, double max) const {
     std::uint64_t hash = 0xcbf29ce484222325U ^ start_;
     for (const char c : name) {
       hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
@@ -56,7 +56,7 @@ class Draw {
 
 void vary_tray(Tree& tray, const Variation& variation, Draw& draw) {
   const std::string name = child(tray, "name").scalar;
-  // A tray without a support is placed in space, with a purpose.
+  // A tray without a support has a deliberate pose in space.
   if (tray.find("on") != nullptr) {
     Tree& xy = child(tray, "xy_m");
     const double x = std::stod(xy.items[0].scalar), y = std::stod(xy.items[1].scalar);
@@ -154,12 +154,12 @@ Result<Plan> draw_plan(const Scenario& scenario, std::uint64_t seed, int trial,
 
 Result<Plan> plan(const Scenario& scenario, std::uint64_t seed, const scene::DataPaths& paths) {
   auto drawn = draw_plan(scenario, seed, 0, paths);
-  for (int trial = 1; trial < kTrials && !drawn; ++trial) {
+  for (int trial = 1; trial < kMaxDraws && !drawn; ++trial) {
     drawn = draw_plan(scenario, seed, trial, paths);
   }
   if (drawn) return drawn;
   return fail(ErrorCode::kInvalidArgument, "vary",
-              scenario.file + ": vary: found no scene that can be in " + std::to_string(kTrials) +
+              scenario.file + ": vary: found no valid scene in " + std::to_string(kMaxDraws) +
                   " draws, expected less variation (the last: " + drawn.error().message + ")");
 }
 

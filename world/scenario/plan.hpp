@@ -11,20 +11,20 @@
 
 namespace aprsim::scenario {
 
-/// One run of a scenario, with nothing left to chance but what the cell draws from the same seed.
+/// One run of a scenario. Everything that varies is drawn; the cell draws its noise from the seed.
 struct Plan {
   std::uint64_t seed = 1;
-  std::string scene_text;       ///< a scene file of its own; found models apart it names no other
-  scene::Scene scene;           ///< the same, read
-  std::vector<Fault> faults;    ///< each at_s is one time
-  std::vector<double> kills_s;  ///< when the controller is killed, in their order
-  /// Drawn values, by name with its unit: "kit_1.x_m" is beside where the scene has the tray.
+  std::string scene_text;       ///< complete scene file; it refers to robot models only
+  scene::Scene scene;           ///< read from scene_text
+  std::vector<Fault> faults;    ///< both ends of at_s are equal
+  std::vector<double> kills_s;  ///< times of killing the controller, rising
+  /// Drawn values by name and unit: "kit_1.x_m" is the offset from the pose in the scene.
   std::map<std::string, double> drawn;
 };
 
-/// Draws what varies. A function of its arguments: the same bits everywhere. A value keeps to its
-/// own stream, so that another one more or less changes nothing else. A scene whose trays meet is
-/// drawn again. Error: none of 100 draws fits.
+/// Draws the variation of a run. A pure function: the same arguments give the same bits everywhere.
+/// Each value has its own random stream, so adding or removing one leaves the others unchanged.
+/// Scenes with overlapping trays are drawn again. Error: none of 100 draws is valid.
 [[nodiscard]] Result<Plan> plan(const Scenario& scenario, std::uint64_t seed,
                                 const scene::DataPaths& paths);
 

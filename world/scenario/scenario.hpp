@@ -11,24 +11,24 @@
 #include "world/api/faults/fault_when.hpp"
 #include "world/scene/model/scene.hpp"
 
-/// A job for the cell with what goes wrong in it, as data. Read from YAML by scenario_reader.hpp,
-/// made concrete by plan.hpp. SI; times are simulated ones.
+/// A job for the cell with its injected faults, as data. scenario_reader.hpp reads it from YAML;
+/// plan.hpp draws one run of it. SI units; times are simulated times.
 namespace aprsim::scenario {
 
-/// Something that happens in a run and that orders may wait for.
+/// Events of a run that orders may wait for.
 struct OnPlaced {
-  unsigned count = 1;  ///< so many parts have been put into kits
+  unsigned count = 1;  ///< parts placed in kits
 };
 struct OnSubmitted {
   std::string order;
 };
 struct OnFault {
-  std::string fault;  ///< by name: it begins
+  std::string fault;  ///< name of the fault that begins
 };
 /// A time since the start, or an event.
 using Moment = std::variant<double, OnPlaced, OnSubmitted, OnFault>;
 
-/// A place on the floor plan: between two corners [m], in the world.
+/// A rectangle on the floor between two corners, in the world [m].
 struct Area {
   std::array<double, 2> min_m{}, max_m{};
 };
@@ -36,41 +36,41 @@ struct Area {
 struct Order {
   std::string name;
   std::string tray;                          ///< type of the kit tray
-  std::map<std::string, std::string> slots;  ///< gear type in each slot that is to be filled
+  std::map<std::string, std::string> slots;  ///< slot to gear type
   unsigned count = 1;                        ///< kits
-  int priority = 0;                          ///< more is more urgent
-  std::optional<double> deadline_s;          ///< from its announcement on
+  int priority = 0;                          ///< higher is more urgent
+  std::optional<double> deadline_s;          ///< since its announcement
   Moment announced = 0.0;
   std::optional<Moment> cancelled;
-  std::optional<Area> destination;  ///< where its kits have to be when they are submitted
+  std::optional<Area> destination;  ///< region of its kits at submission
 };
 
-/// An injected fault, as aprsim.v1.InjectFaultRequest has it.
+/// An injected fault; fields as in aprsim.v1.InjectFaultRequest.
 struct Fault {
   std::string name;  ///< empty = none
   std::string kind;
   std::string target;
   std::map<std::string, double> parameters;
-  std::optional<std::array<double, 2>> at_s;  ///< begins between these, drawn by the seed
-  std::optional<faults::FaultWhen> when;      ///< never with at_s; neither = at the start
+  std::optional<std::array<double, 2>> at_s;  ///< range of its begin, drawn by the seed
+  std::optional<faults::FaultWhen> when;      ///< trigger; neither this nor at_s = at the start
   std::optional<double> for_s;                ///< absent = until it is ended
 };
 
-/// Variation between seeds: each value is drawn evenly from +- its bound.
+/// Variation between seeds: each value is drawn uniformly from +- its bound.
 struct Variation {
   double tray_xy_m = 0, tray_yaw_rad = 0;
   double gear_yaw_rad = 0;  ///< of gears in their slots
-  double friction = 0;      ///< as a share, of all pairs of surfaces together
-  double gear_mass = 0;     ///< as a share, of each type
-  /// Bounds of a camera's noise, drawn between them [m], [rad]; absent = the scene's.
+  double friction = 0;      ///< relative, common to all pairs of surfaces
+  double gear_mass = 0;     ///< relative, for each type
+  /// Ranges of the cameras' noise [m], [rad]; absent = the scene's noise.
   std::optional<std::array<double, 2>> vision_position_noise_m, vision_rotation_noise_rad;
 };
 
-/// When a run ends. It ends in any case when the controller does.
+/// Conditions that end a run. The end of the controller always ends it.
 struct Stop {
   double time_limit_s = 600;
-  bool orders_submitted = true;   ///< all, and none is still to be announced
-  std::optional<double> quiet_s;  ///< nothing has moved for so long
+  bool orders_submitted = true;   ///< all orders are announced and submitted
+  std::optional<double> quiet_s;  ///< nothing has moved for this time
 };
 
 /// The permitted range of a measure.
@@ -78,27 +78,26 @@ struct Bound {
   std::optional<double> min, max;
 };
 
-/// Weights of the scores; their sources stand in the client's scores.hpp.
+/// Weights of the scores; sources: clients/aprsim/scenario/scores.hpp.
 struct Scoring {
   double slot = 3, tray = 1, priority = 3;
   double collision = 100, collision_again_s = 5, invalid_surface = 25;
-  std::optional<double> baseline_s;      ///< time of the committed run without faults
-  std::optional<double> baseline_score;  ///< its completion
+  std::optional<double> baseline_s;      ///< job_s of the reference run without faults
+  std::optional<double> baseline_score;  ///< completion score of that run
 };
 
 struct Scenario {
   std::string name, file, description;
-  std::string scene_file;           ///< of the scene it is based on
-  std::string scene_text;           ///< that scene with what the scenario takes out and puts in
-  scene::Scene scene;               ///< the same, read
-  bool own_parts = false;           ///< it takes parts out of the scene or puts some in
-  std::string cell;                 ///< what the kitting controller calls the cell
-  std::string program = "kitting";  ///< its controller, of clients/kitting
+  std::string scene_file;           ///< file of the underlying scene
+  std::string scene_text;           ///< that scene with removed and supplied parts
+  scene::Scene scene;               ///< read from scene_text
+  bool changes_parts = false;       ///< it removes or supplies parts
+  std::string cell;                 ///< name of the cell in clients/kitting/cells
+  std::string program = "kitting";  ///< default controller, in clients/kitting
   std::vector<std::string> controller_options;
   std::vector<Order> orders;
   std::vector<Fault> faults;
-  /// When the controller is killed and started again: each between two times [s], drawn by the
-  /// seed.
+  /// Ranges of the times at which the controller is killed and restarted, drawn by the seed [s].
   std::vector<std::array<double, 2>> kills_s;
   Variation variation;
   Stop stop;

@@ -59,7 +59,7 @@ void check_target(const yaml::Node& node, const std::string& target, faults::Tar
   const auto [first, second] = halves(target);
   switch (kind) {
     case faults::Target::kCell:
-      if (!target.empty()) node.unexpected("no target, as the fault is the whole cell's");
+      if (!target.empty()) node.unexpected("no target: the fault concerns the whole cell");
       return;
     case faults::Target::kRobot:
       return check_name_in(node, target, "robot", names_of(scene.robots));
@@ -72,7 +72,7 @@ void check_target(const yaml::Node& node, const std::string& target, faults::Tar
     case faults::Target::kPair:
       check_name_in(node, first, "gear", gears);
       check_name_in(node, second, "gear", gears);
-      if (first == second) node.unexpected("two gears that differ");
+      if (first == second) node.unexpected("two different gears");
       return;
     case faults::Target::kSighting:
       check_name_in(node, first, "robot", names_of(scene.robots));
@@ -83,12 +83,12 @@ void check_target(const yaml::Node& node, const std::string& target, faults::Tar
   }
 }
 
-/// Events that the runner reports.
+/// Names of the events that the runner reports.
 std::vector<std::string> events_of(const Scenario& scenario) {
   std::vector<std::string> out;
-  for (const char* what : {"announced", "submitted", "cancelled"}) {
-    out.push_back(std::string("order-") + what);
-    for (const Order& order : scenario.orders) out.push_back(order.name + '-' + what);
+  for (const char* event : {"announced", "submitted", "cancelled"}) {
+    out.push_back(std::string("order-") + event);
+    for (const Order& order : scenario.orders) out.push_back(order.name + '-' + event);
   }
   return out;
 }
@@ -144,7 +144,7 @@ void check_order(const yaml::Map& keys, const Order& order, const scene::Scene& 
     if (slot == slots.end()) {
       report_unknown(node, slot_name, "slot", names_of(slots));
     } else if (order.slots.at(slot_name) != slot->gear_type) {
-      node.unexpected(slot->gear_type + ", as nothing else fits");
+      node.unexpected(slot->gear_type + ", the only type that fits");
     }
   }
 }
@@ -154,7 +154,7 @@ void check_counts(const yaml::Node& orders, const Scenario& scenario) {
   const auto nodes = orders.items();
   for (std::size_t i = 0; i < scenario.orders.size(); ++i) {
     const Order& order = scenario.orders[i];
-    // The tray of an order that is cancelled is free for others.
+    // A cancelled order frees its tray.
     if (order.cancelled) continue;
     const std::ptrdiff_t there = trays_of(scenario.scene, order.tray);
     if ((wanted[order.tray] += order.count) > there) {
@@ -191,7 +191,7 @@ void check_fault(const yaml::Map& keys, const Fault& fault, const scene::Scene& 
     static_cast<void>(node.number(yaml::between(parameter.min, parameter.max)));
   }
   if (kind->momentary && keys["for_s"]) {
-    keys["for_s"].unexpected("nothing, as the fault is over at once");
+    keys["for_s"].unexpected("no duration: the fault is momentary");
   }
 }
 

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kLongest = 1e6;  // of any time [s]
+constexpr double kLongest = 1e6;  // limit of all times [s]
 constexpr yaml::Range kTime{.min = 0, .max = kLongest};
 constexpr yaml::Range kSpan{.min = 0, .max = kLongest, .open_min = true};
 constexpr yaml::Range kShare{.min = 0, .max = 0.9};
@@ -25,7 +25,7 @@ constexpr std::array<std::string_view, 14> kKeys = {
     "description", "scene",           "cell", "program", "controller", "remove", "supply", "orders",
     "faults",      "kill_controller", "vary", "stop",    "expect",     "scoring"};
 
-/// Controllers of clients/kitting.
+/// Controllers in clients/kitting.
 constexpr std::array<std::string_view, 2> kPrograms = {"kitting", "pick"};
 
 bool is_file(const std::string& name) {
@@ -47,7 +47,7 @@ Result<std::string> find_scenario(const std::string& name_or_file, const scene::
                   (near.empty() ? "" : " (did you mean " + near + "?)"));
 }
 
-/// The file of a scene that a scenario names.
+/// The path of the scene that a scenario names.
 Result<std::string> scene_of(const std::string& name, const std::string& scenario,
                              const scene::DataPaths& paths) {
   const bool beside = is_file(name) && !fs::path(name).is_absolute();
@@ -59,10 +59,10 @@ std::optional<double> read_optional(const yaml::Node& node, const yaml::Range& r
   return node ? std::optional(node.number(range)) : std::nullopt;
 }
 
-/// [MIN, MAX], not the other way round.
+/// [MIN, MAX] in rising order.
 std::array<double, 2> read_interval(const yaml::Node& node, const yaml::Range& range) {
   const auto ends = node.numbers<2>(range);
-  if (ends[0] > ends[1]) node.unexpected("two numbers, the greater one last");
+  if (ends[0] > ends[1]) node.unexpected("two numbers in rising order");
   return ends;
 }
 
@@ -83,7 +83,7 @@ Moment read_event(const yaml::Node& node) {
   return placed;
 }
 
-/// From the keys at_s and when, of which at most one is there.
+/// Reads the keys at_s and when; at most one may be present.
 Moment read_moment(const yaml::Map& keys) {
   if (keys["at_s"] && keys["when"]) keys["when"].error("both at_s and when", "one of them");
   if (keys["when"]) return read_event(keys["when"]);
@@ -122,21 +122,21 @@ class Reader {
   }
 
  private:
-  /// The scene it is based on, with what it takes out and puts in.
+  /// Reads the underlying scene and applies `remove` and `supply`.
   Result<void> read_scene(const yaml::Map& keys) {
     const std::string name = keys["scene"].text();
     if (document_.error()) return tl::unexpected(*document_.error());
     const auto file = scene_of(name, out_.file, paths_);
     if (!file) return refer(keys["scene"], file.error());
     out_.scene_file = *file;
-    // Faults of the scene alone name the scene's own file.
+    // Errors in the scene itself name the scene's own file.
     if (auto base = scene::load_scene(*file, paths_); !base)
       return refer(keys["scene"], base.error());
     auto text = scene::self_contained(*file, paths_);
     if (!text) return tl::unexpected(std::move(text.error()));
     auto tree = yaml::detail::parse(*text, *file);
     if (!tree) return tl::unexpected(std::move(tree.error()));
-    out_.own_parts = keys["remove"] || keys["supply"];
+    out_.changes_parts = keys["remove"] || keys["supply"];
     for (const yaml::Node& node : keys["remove"].items()) {
       const std::string body = node.text();
       if (!remove_body(*tree, body)) node.unexpected("the name of a tray or gear in the scene");
@@ -151,11 +151,11 @@ class Reader {
   }
 
   [[nodiscard]] Result<void> refer(const yaml::Node& node, const Error& error) const {
-    node.error("a scene that cannot be read (" + error.message + ")", "one that can", error.code);
+    node.error("an invalid scene (" + error.message + ")", "a valid one", error.code);
     return tl::unexpected(*document_.error());
   }
 
-  /// A part tray on the belt, full unless told otherwise.
+  /// A part tray on the belt, full by default.
   void add_tray(const yaml::Node& node, Tree& tree) {
     const yaml::Map keys = node.map({"name", "type", "on", "xy_m", "yaw_deg", "gears"});
     Tree tray{.kind = Tree::Kind::kMap};
@@ -225,7 +225,7 @@ class Reader {
     Order order;
     order.name = scene::read_name(keys["name"]);
     if (std::ranges::find(out_.orders, order.name, &Order::name) != out_.orders.end()) {
-      keys["name"].error("a second order " + order.name, "names to differ");
+      keys["name"].error("a second order " + order.name, "unique names");
     }
     order.tray = keys["tray"].text();
     for (const auto& [slot, part] : keys["slots"].entries()) order.slots[slot] = part.text();
@@ -264,7 +264,7 @@ class Reader {
     out_.faults.push_back(std::move(fault));
   }
 
-  /// A time, or two between which it is drawn.
+  /// A time, or a range from which it is drawn.
   static std::array<double, 2> read_times(const yaml::Node& node) {
     if (node.is_list()) return read_interval(node, kTime);
     const double at_s = node.number(kTime);
@@ -288,7 +288,7 @@ class Reader {
     fault.when = *std::move(when);
   }
 
-  /// When all orders and faults are known.
+  /// Call after all orders and faults are read.
   void check_moments(const yaml::Map& keys) const {
     const auto nodes = keys["orders"].items();
     for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -344,7 +344,7 @@ class Reader {
       const yaml::Map keys = bound.map({"min", "max"});
       out = {read_optional(keys["min"], {}), read_optional(keys["max"], {})};
       if (!out.min && !out.max) bound.unexpected("min, max or both");
-      if (out.min && out.max && *out.min > *out.max) keys["max"].unexpected("no less than min");
+      if (out.min && out.max && *out.min > *out.max) keys["max"].unexpected("at least min");
     }
   }
 
@@ -388,7 +388,7 @@ Result<Summary> summarize_scenario(const std::string& name, const scene::DataPat
   const yaml::Map keys = document->root().map(kKeys);
   Summary out{.description = keys["description"].text(),
               .scene_file = keys["scene"].text(),
-              .own_parts = keys["remove"] || keys["supply"]};
+              .changes_parts = keys["remove"] || keys["supply"]};
   if (document->error()) return tl::unexpected(*document->error());
   auto scene = scene_of(out.scene_file, *file, paths);
   if (!scene) return tl::unexpected(std::move(scene.error()));

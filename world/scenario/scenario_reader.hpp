@@ -10,18 +10,18 @@ namespace aprsim::scenario {
 
 /// Loads a scenario by name or by file path (anything with a slash or ending in .yaml). A scene
 /// file is relative to the scenario's directory. Errors: as scene::load_scene, with file, line, key
-/// and the expected value; the scenario's demands on its scene are checked, too.
+/// and the expected value. References to the scene are checked as well.
 [[nodiscard]] Result<Scenario> load_scenario(const std::string& name_or_file,
                                              const scene::DataPaths& paths);
 
 /// Summary of a shipped scenario, without checks.
 struct Summary {
   std::string description;
-  std::string scene_file;  ///< of the scene it is based on
-  bool own_parts = false;  ///< as Scenario has it
+  std::string scene_file;      ///< file of the underlying scene
+  bool changes_parts = false;  ///< as in Scenario
 };
 
-/// The summary of a shipped scenario; its error, when that cannot be read.
+/// The summary of a shipped scenario. Error: the file cannot be read.
 [[nodiscard]] Result<Summary> summarize_scenario(const std::string& name,
                                                  const scene::DataPaths& paths);
 

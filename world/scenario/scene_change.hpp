@@ -4,18 +4,18 @@
 
 #include "world/base/yaml/yaml_tree.hpp"
 
-/// Changes of a scene's text, by the names of its things. A scene has been read from it before.
+/// Edits of a scene's YAML tree by name. The text has been read as a valid scene before.
 namespace aprsim::scenario {
 
 using Tree = yaml::detail::Value;
 
-/// The value under a key of a map, made when there is none.
+/// The value under a key of a map; creates it if absent.
 [[nodiscard]] Tree& child(Tree& map, const std::string& key);
 
-/// Takes a tray with its gears, or a gear, out. False when there is none of this name.
+/// Removes a gear, or a tray with its gears. False if the name is unknown.
 [[nodiscard]] bool remove_body(Tree& scene, const std::string& name);
 
-/// Calls `change` with each tray, a map.
+/// Calls `change` with the map of each tray.
 template <typename Change>
 void for_each_tray(Tree& scene, const Change& change) {
   yaml::detail::Entry* trays = scene.find("trays");

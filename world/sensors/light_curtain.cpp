@@ -9,7 +9,7 @@ namespace aprsim::sensors {
 LightCurtain::LightCurtain(const api::LightCurtainDescription& curtain)
     : curtain_(curtain), X_WK_(curtain.X_WK.isometry()), X_KW_(X_WK_.inverse()) {}
 
-api::LightCurtainSnapshot LightCurtain::look(std::span<const Occluder> occluders) const {
+api::LightCurtainSnapshot LightCurtain::measure(std::span<const Occluder> occluders) const {
   api::LightCurtainSnapshot out;
   const auto beams = out.distance_m.begin();
   std::fill_n(beams, curtain_.beams, curtain_.range_m);

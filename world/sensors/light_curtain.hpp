@@ -16,7 +16,7 @@ class LightCurtain {
   explicit LightCurtain(const api::LightCurtainDescription& curtain);
 
   /// Intersects every beam with the occluders. Pure; does not allocate.
-  [[nodiscard]] api::LightCurtainSnapshot look(std::span<const Occluder> occluders) const;
+  [[nodiscard]] api::LightCurtainSnapshot measure(std::span<const Occluder> occluders) const;
 
  private:
   api::LightCurtainDescription curtain_;

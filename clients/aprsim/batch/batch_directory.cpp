@@ -160,7 +160,7 @@ Outcome<void> BatchDirectory::keep(const Attempts& attempts) {
     causes.push_back(
         {{"seed", attempts.last_causes[i].first}, {"cause", attempts.last_causes[i].second}});
   }
-  const BatchJson json{{"tried_again", attempts.again},
+  const BatchJson json{{"repeated_attempts", attempts.repeated},
                        {"peak_world_mb", static_cast<double>(attempts.peak_world_bytes) / 1e6},
                        {"last_causes", causes}};
   return write("attempts.json",
@@ -186,8 +186,8 @@ Outcome<Batch> merge(const std::vector<Batch>& batches, const std::vector<std::s
         return failed(FailureKind::kCheck,
                       fmt::format("{}: seed {} has different results ({}, state {}; {}, state "
                                   "{})",
-                                  names[i], seed, episode.ended, episode.state_hash,
-                                  known->second.ended, known->second.state_hash));
+                                  names[i], seed, episode.end_reason, episode.state_hash,
+                                  known->second.end_reason, known->second.state_hash));
       }
     }
   }

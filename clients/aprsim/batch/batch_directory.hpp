@@ -29,7 +29,7 @@ struct Batch {
 
 /// Attempts without a result. They are not part of the report.
 struct Attempts {
-  std::uint64_t again = 0;                                         ///< repeated attempts
+  std::uint64_t repeated = 0;                                      ///< attempts after a failure
   std::vector<std::pair<std::uint64_t, std::string>> last_causes;  ///< by seed; the latest 100
   std::uint64_t peak_world_bytes = 0;                              ///< of any daemon
 };

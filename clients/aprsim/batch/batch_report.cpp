@@ -316,8 +316,9 @@ ReportJson batch_json(const Batch& batch) {
   for (const std::uint64_t seed : batch.journals) {
     out["journals"].push_back({{"seed", seed}, {"journal", journal_name(seed)}});
   }
-  out["each"] = ReportJson::array();
-  for (const auto& [seed, episode] : batch.episodes) out["each"].push_back(episode_json(episode));
+  out["episodes"] = ReportJson::array();
+  for (const auto& [seed, episode] : batch.episodes)
+    out["episodes"].push_back(episode_json(episode));
   return out;
 }
 

@@ -103,7 +103,7 @@ std::string why_of(const Episode& episode, const std::vector<std::string>& devia
   if (episode.as_expected) add("as expected");
   for (const std::string& bound : episode.broken) add(bound);
   if (!episode.as_expected) {
-    add(episode.ended);
+    add(episode.end_reason);
     return out;
   }
   for (std::size_t i = 0; i < std::min(deviations.size(), kNamedDeviations); ++i) {

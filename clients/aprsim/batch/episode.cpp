@@ -7,7 +7,7 @@ namespace aprsim::client {
 Episode episode_of(const RunResult& run, const scenario::Plan& plan) {
   Episode out{.seed = run.seed,
               .as_expected = run.as_expected(),
-              .ended = run.ended,
+              .end_reason = run.end_reason,
               .state_hash = run.state_hash,
               .values = run.measured.values,
               .drawn = plan.drawn};
@@ -18,9 +18,12 @@ Episode episode_of(const RunResult& run, const scenario::Plan& plan) {
 }
 
 nlohmann::ordered_json episode_json(const Episode& episode) {
-  return {{"seed", episode.seed},     {"as_expected", episode.as_expected},
-          {"ended", episode.ended},   {"state_hash", episode.state_hash},
-          {"broken", episode.broken}, {"values", episode.values},
+  return {{"seed", episode.seed},
+          {"as_expected", episode.as_expected},
+          {"end_reason", episode.end_reason},
+          {"state_hash", episode.state_hash},
+          {"broken", episode.broken},
+          {"values", episode.values},
           {"drawn", episode.drawn}};
 }
 
@@ -28,7 +31,7 @@ Outcome<Episode> episode_of(const nlohmann::json& json) {
   try {
     return Episode{.seed = json.at("seed"),
                    .as_expected = json.at("as_expected"),
-                   .ended = json.at("ended"),
+                   .end_reason = json.at("end_reason"),
                    .state_hash = json.at("state_hash"),
                    .broken = json.at("broken"),
                    .values = json.at("values"),

@@ -17,7 +17,7 @@ namespace aprsim::client {
 struct Episode {
   std::uint64_t seed = 0;
   bool as_expected = false;
-  std::string ended;                     ///< why
+  std::string end_reason;
   std::string state_hash;                ///< of the cell at the end
   std::vector<std::string> broken;       ///< violated bounds: "drops 1, expected 0"
   std::map<std::string, double> values;  ///< by measure; absent = not measured

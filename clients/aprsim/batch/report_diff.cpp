@@ -101,14 +101,14 @@ Outcome<ComparedReport> read_report(const std::string& path) {
   std::ifstream in(file, std::ios::binary);
   if (!in) return failed(FailureKind::kUsage, "cannot read " + file);
   const auto json = nlohmann::json::parse(in, nullptr, /*allow_exceptions=*/false);
-  const auto each = json.is_object() ? json.find("each") : json.end();
-  if (!json.is_object() || each == json.end() || !each->is_array()) {
+  const auto episodes = json.is_object() ? json.find("episodes") : json.end();
+  if (!json.is_object() || episodes == json.end() || !episodes->is_array()) {
     return failed(FailureKind::kUsage, file + " is not a batch report");
   }
   ComparedReport out{.scenario = json.value("scenario", ""),
                      .controller = json.value("controller", ""),
                      .fingerprint = json.value("fingerprint", "")};
-  for (const auto& one : *each) {
+  for (const auto& one : *episodes) {
     auto episode = episode_of(one);
     if (!episode) return failed(FailureKind::kUsage, file + ": " + episode.error().message);
     out.episodes.push_back(std::move(*episode));

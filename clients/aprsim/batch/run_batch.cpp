@@ -97,7 +97,7 @@ class Work {
     }
     attempts_.last_causes.emplace_back(task.seed, failure.message);
     if (++task.tries < most_tries_ && failure.kind != FailureKind::kUsage) {
-      ++attempts_.again;
+      ++attempts_.repeated;
       tasks_.push_back(task);
     } else {
       given_up_.emplace_back(task.seed, failure.message);
@@ -114,12 +114,12 @@ class Work {
 
   struct View {
     std::size_t finished = 0, wanted = 0, given_up = 0;
-    std::uint64_t again = 0;
+    std::uint64_t repeated = 0;
     bool over = false;
   };
   [[nodiscard]] View view() {
     const std::lock_guard lock(mutex_);
-    return {finished_, wanted_, given_up_.size(), attempts_.again,
+    return {finished_, wanted_, given_up_.size(), attempts_.repeated,
             ending_ || (tasks_.empty() && under_way_ == 0)};
   }
   [[nodiscard]] Batch batch() {
@@ -161,7 +161,7 @@ void work_off(const scenario::Scenario& scenario, const BatchOptions& options, u
   BatchWorker worker(
       scenario,
       {.controller = options.controller,
-       .again = options.again,
+       .reuse_controller = options.reuse_controller,
        .directory = (fs::path(options.directory) / "stations" / std::to_string(number)).string(),
        .patience = options.patience});
   const auto paths = scene::default_data_paths();
@@ -187,7 +187,7 @@ class Progress {
   Progress(std::ostream* out, bool in_place)
       : out_(out), in_place_(in_place), due_(began_ + (in_place ? 0s : kLinePeriod)) {}
 
-  void tell(const Work::View& view, bool last) {
+  void show(const Work::View& view, bool last) {
     const auto now = SteadyClock::now();
     if (out_ == nullptr || (last ? !in_place_ : now < due_)) return;
     due_ = now + (in_place_ ? SteadyClock::duration(kBarPeriod) : kLinePeriod);
@@ -206,7 +206,7 @@ class Progress {
           static_cast<double>(view.wanted - view.finished) / std::max(1e-9, rate) + 0.5);
       text += fmt::format(", {}:{:02} left", left_s / 60, left_s % 60);
     }
-    if (view.again > 0) text += fmt::format(", {} repeated", view.again);
+    if (view.repeated > 0) text += fmt::format(", {} repeated", view.repeated);
     if (view.given_up > 0) text += fmt::format(", {} given up", view.given_up);
     *out_ << text << (in_place_ ? (last ? "\033[K\n" : "\033[K") : "\n") << std::flush;
   }
@@ -234,7 +234,7 @@ Outcome<void> make_journals(const scenario::Scenario& scenario, const BatchOptio
     Outcome<RunResult> run;
     {
       BatchWorker worker(scenario, {.controller = options.controller,
-                                    .again = options.again,
+                                    .reuse_controller = options.reuse_controller,
                                     .directory = (directory.path() / "stations/journal").string(),
                                     .journal = part,
                                     .patience = options.patience});
@@ -271,7 +271,7 @@ void run_workers(const scenario::Scenario& scenario, const BatchOptions& options
   while (!work.view().over) {
     interruption::sleep_until(SteadyClock::now() + 50ms);
     if (interruption::requested()) work.stop();
-    bar.tell(work.view(), false);
+    bar.show(work.view(), false);
     const auto now = SteadyClock::now();
     if (now < report_due || work.view().finished == reported) continue;
     reported = work.view().finished;
@@ -280,7 +280,7 @@ void run_workers(const scenario::Scenario& scenario, const BatchOptions& options
     report_due =
         SteadyClock::now() + std::max<SteadyClock::duration>(kReportPeriod, kReportShare * took);
   }
-  bar.tell(work.view(), true);
+  bar.show(work.view(), true);
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ struct BatchOptions {
   unsigned tries = 3;                  ///< attempts per seed
   unsigned journals = 3;               ///< of the worst seeds
   std::string controller;              ///< shell command; empty = the scenario's program
-  bool again = false;                  ///< the controller takes one job after the other
+  bool reuse_controller = false;       ///< the controller takes one job after the other
   std::chrono::seconds patience{600};  ///< without progress, before a run is given up
 };
 

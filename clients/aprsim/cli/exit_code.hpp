@@ -14,16 +14,16 @@ struct ExitCode {
 
 /// All exit codes of the program.
 inline constexpr std::array kExitCodes{
-    ExitCode{0, "done as asked"},
+    ExitCode{0, "success"},
     ExitCode{1,
-             "refused or failed, or the result is not what it should be: a robot's error, a "
+             "refused or failed, or an unexpected result: a robot's error, a "
              "document that is not valid, a cell or belt stopped by a fault"},
     ExitCode{2, "wrong arguments or file"},
     ExitCode{3, "no connection"},
-    ExitCode{4, "no answer or no end in time"},
+    ExitCode{4, "timeout"},
     ExitCode{130,
-             "interrupted by Ctrl-C or SIGTERM, after what the command had set in motion was "
-             "stopped; a second Ctrl-C leaves at once"},
+             "interrupted by Ctrl-C or SIGTERM; motion that the command had started was "
+             "stopped first; a second Ctrl-C exits at once"},
 };
 
 /// The exit code of a failure.

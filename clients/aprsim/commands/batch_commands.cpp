@@ -29,7 +29,7 @@ Outcome<Batch> run_and_show(const BatchCommand& command, bool kept, Console& con
                             .tries = command.tries,
                             .journals = command.journals,
                             .controller = command.controller,
-                            .again = command.again,
+                            .reuse_controller = command.reuse_controller,
                             .patience = std::chrono::seconds(command.patience_s)},
                            console.json ? nullptr : &std::cerr, isatty(STDERR_FILENO) == 1);
   if (!outcome) return tl::unexpected(outcome.error());
@@ -39,13 +39,13 @@ Outcome<Batch> run_and_show(const BatchCommand& command, bool kept, Console& con
       "\n{} run{} in {:.1f} s: {:.2f} per second; {} repeated attempts; peak memory of a world "
       "{:.0f} MB",
       outcome->run_now, outcome->run_now == 1 ? "" : "s", outcome->wall_s, rate,
-      outcome->attempts.again, static_cast<double>(outcome->attempts.peak_world_bytes) / 1e6);
+      outcome->attempts.repeated, static_cast<double>(outcome->attempts.peak_world_bytes) / 1e6);
   text += kept ? "; report in " + command.out + '\n' : "\n";
   auto json = batch_json(outcome->batch);
-  json.erase("each");
+  json.erase("episodes");
   json["run_now"] = outcome->run_now;
   json["wall_s"] = outcome->wall_s;
-  json["tried_again"] = outcome->attempts.again;
+  json["repeated_attempts"] = outcome->attempts.repeated;
   json["peak_world_mb"] = static_cast<double>(outcome->attempts.peak_world_bytes) / 1e6;
   console.show(text, json);
   if (outcome->given_up.empty()) return std::move(outcome->batch);
@@ -96,7 +96,7 @@ Outcome<void> run_command(const MergeCommand& command, Console& console) {
   merged->journals = std::move(journals);
   if (auto written = write_report(*merged, out); !written) return written;
   auto json = batch_json(*merged);
-  json.erase("each");
+  json.erase("episodes");
   console.show(batch_table(*merged), json);
   return {};
 }
@@ -180,7 +180,7 @@ void add_batch_run(CLI::App& app, CommandLine& line) {
           ->type_name("CMD")
           ->check(not_empty());
   batch
-      ->add_flag("--again", command->again,
+      ->add_flag("--reuse-controller", command->reuse_controller,
                  "Reuse the controller for one job after the other, as the default program allows")
       ->needs(controller);
   add_patience(*batch, command->patience_s);

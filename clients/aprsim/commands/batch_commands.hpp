@@ -20,9 +20,9 @@ struct BatchCommand {
   unsigned jobs = 1;
   unsigned tries = 3;
   unsigned journals = 3;
-  std::string controller;     ///< empty = the scenario's program
-  bool again = false;         ///< it takes one job after the other
-  unsigned patience_s = 600;  ///< of wall time without progress
+  std::string controller;         ///< empty = the scenario's program
+  bool reuse_controller = false;  ///< it takes one job after the other
+  unsigned patience_s = 600;      ///< of wall time without progress
 };
 /// Merges the shards of a batch.
 struct MergeCommand {

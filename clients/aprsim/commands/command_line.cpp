@@ -75,9 +75,8 @@ void add_all(CLI::App& app, CommandLine& line) {
   app.set_help_flag("-h,--help", "Show this help");
   app.add_flag("--json", line.json, "Print results as JSON, one object a line");
   add_endpoints(app, line.endpoints);
-  app.add_flag(
-      "--exit-on-stdin-eof", line.exit_on_stdin_eof,
-      "Stop when standard input ends, as the pipe of a starting program does when it dies");
+  app.add_flag("--exit-on-stdin-eof", line.exit_on_stdin_eof,
+               "Stop when standard input ends, for example when the parent process exits");
   add_status(app, line);
   add_events(app, line);
   add_demo(app, line);

@@ -207,7 +207,7 @@ Outcome<void> run_command(const CrclStopCommand& command, Console& console) {
   }
   // An unreachable robot does not prevent the others from being stopped.
   Outcome<void> all =
-      robots.empty() ? failed(FailureKind::kUsage, "there is no robot to stop") : Outcome<void>();
+      robots.empty() ? failed(FailureKind::kUsage, "the cell has no robot") : Outcome<void>();
   for (const auto& robot : robots) {
     const auto done = run_one(robot, crcl::StopMotion{command.condition}, console, robot + ": ");
     if (!done && all) all = done;

@@ -130,7 +130,7 @@ void add_fault_parameters(CLI::App& inject, const std::shared_ptr<FaultInjectCom
             [command, name = name](const std::string& text) {
               command->parameters[name] = number_of(text).value();
             },
-            "Of " + CLI::detail::join(kinds, ", "))
+            "Parameter of " + CLI::detail::join(kinds, ", "))
         ->type_name(unit == "1"   ? "NUMBER"
                     : unit == "m" ? "M"
                     : unit == "s" ? "SECONDS"

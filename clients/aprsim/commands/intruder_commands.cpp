@@ -23,14 +23,14 @@ Outcome<void> run_command(const IntruderCommand& command, Console& console) {
   }
   const auto response = CellConnection(console.endpoints).set_intruder(intruder);
   if (!response) return tl::unexpected(response.error());
-  std::string what = intruder ? "intruder put" : "intruder removed";
+  std::string what = intruder ? "intruder placed" : "intruder removed";
   auto fields = nlohmann::ordered_json::object();
   if (response->has_light_curtain()) {
     const char* state = response->light_curtain().broken() ? "broken" : "clear";
     what = fmt::format("light curtain {}, {}", state, what);
     fields["light_curtain"] = state;
   }
-  return show_receipt(intruder ? "intruder put" : "intruder remove", what, response->receipt(),
+  return show_receipt(intruder ? "intruder place" : "intruder remove", what, response->receipt(),
                       console, fields);
 }
 
@@ -38,17 +38,18 @@ void add_intruder(CLI::App& app, CommandLine& line) {
   CLI::App* intruder = app.add_subcommand(
       "intruder", "Place a person or object that sensors detect and nothing touches");
   intruder->require_subcommand(1);
-  auto [put, command] =
-      add_command<IntruderCommand>(*intruder, line, "put", "Place it on the floor, or move it");
-  put->add_option_function<std::array<double, 2>>(
-         "XY", [c = command](const std::array<double, 2>& xy) { c->xy_m = xy; },
-         "Position of its centre in the world [m]")
+  auto [place, command] =
+      add_command<IntruderCommand>(*intruder, line, "place", "Place it on the floor, or move it");
+  place
+      ->add_option_function<std::array<double, 2>>(
+          "XY", [c = command](const std::array<double, 2>& xy) { c->xy_m = xy; },
+          "Position of its centre in the world [m]")
       ->check(finite())
       ->required();
-  put->add_option("--size", command->size_m, "Extent along x, y and z [m] (default 0.5 0.3 1.75)")
+  place->add_option("--size", command->size_m, "Extent along x, y and z [m] (default 0.5 0.3 1.75)")
       ->type_name("X Y Z")
       ->check(above_zero());
-  offer_json(*put, line);
+  offer_json(*place, line);
   offer_json(*add_command<IntruderCommand>(*intruder, line, "remove", "Remove it").first, line);
 }
 

@@ -51,7 +51,7 @@ constexpr std::array kJson{
     Entry{
         "replay",
         "run_id, scene, seed, cautions (list of why bits may differ), steps, commands, compared "
-        "(states), gaps, missing (records), damage, same, difference (null, or epoch, step, what), "
+        "(states), gaps, missing (records), damage, same, difference (null, or epoch, step, text), "
         "replies (compared), reply (the first that is another one: null, or as difference)."},
     Entry{"scene show, list, types",
           "name, revision, text; name, type, at_m (list), lost: one object a body; type: one "
@@ -72,10 +72,10 @@ constexpr std::array kJson{
           "name and description; name, file, scene, kits, faults, time_limit_s."},
     Entry{
         "scenario run",
-        "scenario, description, seed, controller, ended (why), state_hash (of the cell then; only "
-        "in virtual time), as_expected, measures (by name, null where there is nothing to tell), "
+        "scenario, description, seed, controller, end_reason, state_hash (of the cell then; only "
+        "in virtual time), as_expected, measures (by name, null if not measured), "
         "expected (list of measure, value, min, max, kept), kits, placements, collisions, faults, "
-        "robots, events (lists). With --progress also, as it happens, time_s and what; and "
+        "robots, events (lists). With --progress also, as it happens, time_s and event; and "
         "progress "
         "(time_s, placed, orders: a list of name, tray, state, kits, done, parts, parts_wanted); "
         "without --json its last line is report, the table."},
@@ -88,8 +88,9 @@ constexpr std::array kJson{
         "from, to, runs, as_expected, share_95), sensitivity (list of parameter, outcome, "
         "rank_correlation, p, p_adjusted), worst (list of seed, why, journal: runs that failed or "
         "deviate), journals (list of seed, journal); report.json also "
-        "has each: list of seed, as_expected, ended, state_hash, broken, values, drawn. batch "
-        "also run_now, wall_s, tried_again, peak_world_mb."},
+        "has episodes: list of seed, as_expected, end_reason, state_hash, broken, values, drawn. "
+        "batch "
+        "also run_now, wall_s, repeated_attempts, peak_world_mb."},
     Entry{
         "report diff",
         "runs_before, runs_after, paired, pairs, level, worse, outcomes (list of outcome, before, "
@@ -107,11 +108,11 @@ constexpr std::array kJson{
         "written (csv, mcap or html), to, snapshots, wires, events, messages: one object for each "
         "thing written."},
     Entry{"trace import",
-          "journal, packets, skipped (packets of an encapsulation that is not read), connections, "
+          "journal, packets, skipped (packets of an unsupported encapsulation), connections, "
           "records, duration_s, by_listener (documents, units and lines of each), notes (what is "
           "missing)."},
     Entry{"trace show",
-          "time_s, wire, connection, direction (in, out or empty), what: one object a line; notes "
+          "time_s, wire, connection, direction (in, out or empty), text: one object a line; notes "
           "at the end, where something is missing."},
     Entry{"crcl status, init, stop, gripper, jog, send, run",
           "robot, command_id, command, state (CRCL_Done, ...), description, program_index, "
@@ -129,14 +130,14 @@ constexpr std::array kJson{
           "area, address, name, values (so many, one after the other), writable, encoding, unit, "
           "unit_per_count, min, max (in counts), meaning: one object a register."},
     Entry{"conform crcl, modbus",
-          "clause, source, what, expected, seen, verdict (pass, fail, not checked): one object a "
+          "clause, source, check, expected, seen, verdict (pass, fail, not checked): one object a "
           "rule; last host, port, passed, failed, not_checked, groups."},
-    Entry{
-        "demo",
-        "who (a robot, belt or demo), event, and what belongs to it: gear, from, to, tray, place, "
-        "reason, yaw_rad, force_N, separation_m, lift_m, slip_m, off_m, distance_m, travel_m, "
-        "tray_m. The events are transfer, over, holds, lifted, carried, refused, puts_back, rests, "
-        "out_of_reach; brings, stopped, nothing_to_bring; done."},
+    Entry{"demo",
+          "source (a robot, belt or demo), action, and its data: gear, from, to, tray, place, "
+          "reason, yaw_rad, force_N, separation_m, lift_m, slip_m, off_m, distance_m, travel_m, "
+          "tray_m. The actions are transfer, over, holds, lifted, carried, refused, puts_back, "
+          "rests, "
+          "out_of_reach; brings, stopped, nothing_to_bring; done."},
 };
 
 constexpr std::array kExamples{
@@ -223,7 +224,7 @@ std::string manual_page() {
       ".Dd {}\n.Dt APRSIM 1\n.Os \"aprsim {}\"\n.Sh NAME\n.Nm aprsim\n"
       ".Nd client of the simulated kitting cell aprsimd\n"
       ".Sh SYNOPSIS\n.Nm\n.Op Ar option ...\n.Ar command\n.Op Ar argument ...\n"
-      ".Sh DESCRIPTION\n.Nm\nlooks at and commands a running\n.Xr aprsimd 1 ,\n"
+      ".Sh DESCRIPTION\n.Nm\nqueries and commands a running\n.Xr aprsimd 1 ,\n"
       "over the wires that the cell has: CRCL for the robots, Modbus for the belt, gRPC for the\n"
       "rest.\nResults go to standard output, what is wrong to standard error.\n.Pp\n"
       "The following options say where the daemon is, and may stand before or after the command:\n"

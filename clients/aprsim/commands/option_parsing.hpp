@@ -23,7 +23,7 @@ std::pair<CLI::App*, std::shared_ptr<Command>> add_command(CLI::App& app, Comman
   auto command = std::make_shared<Command>();
   CLI::App* sub = app.add_subcommand(name, help);
   sub->callback([&line, command] { line.command = *command; });
-  sub->footer("\nWhere the daemon is, and exit codes: aprsim --help, aprsim manual");
+  sub->footer("\nAddresses of the daemon and exit codes: aprsim --help, aprsim manual");
   return {sub, command};
 }
 

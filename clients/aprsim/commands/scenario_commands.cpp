@@ -47,14 +47,14 @@ RunListener listener_of(const ScenarioRunCommand& command, Console& console) {
   RunListener listener;
   if (command.progress) {
     listener.event = [&](const RunEvent& event) {
-      console.print_json({{"time_s", event.time_s}, {"what", event.what}});
+      console.print_json({{"time_s", event.time_s}, {"event", event.text}});
     };
     listener.progress = [&](const RunProgress& progress) {
       console.print_json(progress_json(progress));
     };
   } else if (!console.json) {
     listener.event = [&](const RunEvent& event) {
-      console.print(fmt::format("{:8.2f} s  {}\n", event.time_s, event.what));
+      console.print(fmt::format("{:8.2f} s  {}\n", event.time_s, event.text));
     };
   }
   return listener;
@@ -223,7 +223,7 @@ void add_scenario_run(CLI::App& scenario, CommandLine& line) {
   run->add_option(
          "--controller", command->controller,
          "Shell command of the controller (default: the scenario's program); none waits for "
-         "one that is running already")
+         "a controller that is already running")
       ->type_name("CMD")
       ->check(not_empty());
   add_patience(*run, command->patience_s);

@@ -143,7 +143,7 @@ std::string time_text(const v1::Snapshot& snapshot) {
 Failure after_run(CellConnection& cell, bool was_paused, Failure failure) {
   constexpr auto kPauseTime = std::chrono::seconds(10);
   const interruption::Cleanup cleanup;
-  // The daemon pauses a run that is given up; to resume before that would be in vain.
+  // The daemon pauses a cancelled run. A resume before that would have no effect.
   const auto deadline = std::chrono::steady_clock::now() + kPauseTime;
   auto now = cell.snapshot();
   while (now && !now->paused() && std::chrono::steady_clock::now() < deadline) {
@@ -158,7 +158,7 @@ Failure after_run(CellConnection& cell, bool was_paused, Failure failure) {
     failure.message +=
         "; the cell IS PAUSED at " + time_text(*now) + ": " + resumed.error().message;
   } else {
-    failure.message += "; the cell goes on, as before";
+    failure.message += "; the cell continues as before";
   }
   return failure;
 }

@@ -21,13 +21,13 @@ std::string_view name_of(Verdict verdict) {
 }
 
 Outcome<std::vector<Finding>> run_checks(const std::vector<Check>& checks, const Target& target,
-                                         const std::function<void(const Finding&)>& tell) {
+                                         const std::function<void(const Finding&)>& report) {
   std::vector<Finding> findings;
   for (const Check& check : checks) {
     Finding finding{&check, Verdict::kNotChecked, "needs --allow-motion"};
     if (!check.moves || target.allow_motion) {
       try {
-        finding.seen = check.look(target);
+        finding.seen = check.run(target);
         finding.verdict = Verdict::kPass;
       } catch (const NotKept& unkept) {
         finding.seen = unkept.seen;
@@ -38,7 +38,7 @@ Outcome<std::vector<Finding>> run_checks(const std::vector<Check>& checks, const
         return tl::unexpected(given_up.failure);
       }
     }
-    tell(finding);
+    report(finding);
     findings.push_back(std::move(finding));
   }
   return findings;
@@ -46,11 +46,11 @@ Outcome<std::vector<Finding>> run_checks(const std::vector<Check>& checks, const
 
 std::string clauses_page(const std::string& heading, const std::vector<Check>& checks) {
   std::string out = fmt::format(
-      "## {}\n\n| clause | what | expected | written in | moves |\n"
+      "## {}\n\n| clause | check | expected | written in | moves |\n"
       "|---|---|---|---|---|\n",
       heading);
   for (const Check& check : checks) {
-    out += fmt::format("| {} | {} | {} | {} | {} |\n", check.clause, check.what, check.expected,
+    out += fmt::format("| {} | {} | {} | {} | {} |\n", check.clause, check.text, check.expected,
                        check.source, check.moves ? "yes" : "");
   }
   return out;

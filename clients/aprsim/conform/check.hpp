@@ -40,11 +40,11 @@ struct GivenUp {
 struct Check {
   std::string clause;    ///< "C3.2"
   std::string source;    ///< of the rule
-  std::string what;      ///< description
+  std::string text;      ///< description
   std::string expected;  ///< by the rule
   bool moves = false;    ///< causes motion: skipped unless allowed
   /// Returns the observation if the rule is kept.
-  std::function<std::string(const Target&)> look;
+  std::function<std::string(const Target&)> run;
 };
 
 enum class Verdict { kPass, kFail, kNotChecked };
@@ -55,11 +55,11 @@ struct Finding {
   std::string seen;
 };
 
-/// Runs all checks in order and reports each to `tell`. Failure: that of a check that ended the
+/// Runs all checks in order and reports each to `report`. Failure: that of a check that ended the
 /// test.
 [[nodiscard]] Outcome<std::vector<Finding>> run_checks(
     const std::vector<Check>& checks, const Target& target,
-    const std::function<void(const Finding&)>& tell);
+    const std::function<void(const Finding&)>& report);
 
 /// "pass", "fail" or "not checked".
 [[nodiscard]] std::string_view name_of(Verdict verdict);

@@ -178,9 +178,9 @@ std::string reinitialized(const Target& target) {
 }  // namespace
 
 void add(std::vector<Check>& checks) {
-  const auto rule = [&checks](const char* clause, const char* source, const char* what,
-                              const char* expected, auto look) {
-    checks.push_back({clause, source, what, expected, false, look});
+  const auto rule = [&checks](const char* clause, const char* source, const char* text,
+                              const char* expected, auto run) {
+    checks.push_back({clause, source, text, expected, false, run});
   };
   constexpr const char* kClients = "NIST's Java clients";
   constexpr const char* kSchema = "CRCLCommands.xsd";
@@ -223,9 +223,8 @@ void add(std::vector<Check>& checks) {
        "CRCL_Done", same_id_again);
   rule("C14", kSchema, "StopMotion from another connection, under a lower id",
        "CRCL_Done under its id", stop);
-  rule("C15", kClients, "a command replaces the one under way", "CRCL_Done of the second",
-       replaced);
-  rule("C16", kClients, "InitCanon ends what is under way", "CRCL_Done", reinitialized);
+  rule("C15", kClients, "a command replaces the running one", "CRCL_Done of the second", replaced);
+  rule("C16", kClients, "InitCanon ends the running command", "CRCL_Done", reinitialized);
 }
 
 }  // namespace aprsim::client::conform::commands

@@ -109,21 +109,21 @@ std::string endless(const Target& target) {
 }  // namespace
 
 void add(std::vector<Check>& checks) {
-  const auto rule = [&checks](const char* clause, const char* source, const char* what,
-                              const char* expected, auto look) {
-    checks.push_back({clause, source, what, expected, false, look});
+  const auto rule = [&checks](const char* clause, const char* source, const char* text,
+                              const char* expected, auto run) {
+    checks.push_back({clause, source, text, expected, false, run});
   };
   constexpr const char* kClients = "NIST's Java clients";
   constexpr const char* kServer = "duty of a server";
   rule("N1", kClients, "two clients of three connections each", "6 statuses", six);
   rule("N2", kServer, "half a document holds nobody up", "others served within 2 s",
        half_documents);
-  rule("N3", kClients, "a client that leaves in the middle of a document changes nothing",
+  rule("N3", kClients, "a client that disconnects within a document changes nothing",
        "CRCL_Done as before", gone);
   rule("N4", kServer, "500 GetStatus as fast as they are answered",
        "500 statuses in order, others served within 2 s", flood);
-  rule("N5", kServer, "a client that reads nothing holds nobody up", "others served within 2 s",
-       never_reads);
+  rule("N5", kServer, "a client that reads nothing delays no other client",
+       "others served within 2 s", never_reads);
   rule("N6", kServer, "a document of 4 MB without an end holds nobody up",
        "others served within 2 s", endless);
 }

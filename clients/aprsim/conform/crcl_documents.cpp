@@ -104,9 +104,9 @@ std::string root(const Target& target) {
 }  // namespace
 
 void add(std::vector<Check>& checks) {
-  const auto rule = [&checks](const char* clause, const char* source, const char* what,
-                              const char* expected, auto look) {
-    checks.push_back({clause, source, what, expected, false, look});
+  const auto rule = [&checks](const char* clause, const char* source, const char* text,
+                              const char* expected, auto run) {
+    checks.push_back({clause, source, text, expected, false, run});
   };
   const std::string poll = get_status_document();
   rule("F1", kClients, "three documents in one packet", "3 statuses",
@@ -143,7 +143,7 @@ void add(std::vector<Check>& checks) {
         t, id,
         command_document("MessageType", id, "<Message><![CDATA[a<b]]>&amp;&#228;</Message>"));
   });
-  rule("F10", kClients, "a document that is no XML", "closed; an error that shows elsewhere",
+  rule("F10", kClients, "a document that is not XML", "closed; an error that shows elsewhere",
        [](const Target& t) {
          return closes(t, "<CRCLCommandInstance><CRCLCommand></CRCLCommandInstance>");
        });

@@ -215,9 +215,9 @@ std::string stops(const Target& target) {
 }  // namespace
 
 void add(std::vector<Check>& checks) {
-  const auto rule = [&checks](const char* clause, const char* what, const char* expected, auto look,
+  const auto rule = [&checks](const char* clause, const char* text, const char* expected, auto run,
                               bool moves = false) {
-    checks.push_back({clause, "DataPrimitives.xsd, GuardType", what, expected, moves, look});
+    checks.push_back({clause, "DataPrimitives.xsd, GuardType", text, expected, moves, run});
   };
   constexpr const char* kRefused = "CRCL_Error with a description, under its id or closed";
   rule("G1", "a guard of a sensor that is not there", kRefused, unknown_sensor);

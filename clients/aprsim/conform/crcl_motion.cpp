@@ -144,9 +144,9 @@ std::string gripper(const Target& target) {
 }  // namespace
 
 void add(std::vector<Check>& checks) {
-  const auto rule = [&checks](const char* clause, const char* source, const char* what,
-                              const char* expected, auto look) {
-    checks.push_back({clause, source, what, expected, true, look});
+  const auto rule = [&checks](const char* clause, const char* source, const char* text,
+                              const char* expected, auto run) {
+    checks.push_back({clause, source, text, expected, true, run});
   };
   constexpr const char* kClients = "NIST's Java clients";
   rule("M1", kClients, "MoveTo straight, 5 mm up and back", "CRCL_Done within 3 mm",

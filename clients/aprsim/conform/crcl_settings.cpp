@@ -115,9 +115,9 @@ std::string tolerances(const Target& target) {
 }  // namespace
 
 void add(std::vector<Check>& checks) {
-  const auto rule = [&checks](const char* clause, const char* source, const char* what,
-                              const char* expected, auto look) {
-    checks.push_back({clause, source, what, expected, false, look});
+  const auto rule = [&checks](const char* clause, const char* source, const char* text,
+                              const char* expected, auto run) {
+    checks.push_back({clause, source, text, expected, false, run});
   };
   constexpr const char* kClients = "NIST's Java clients";
   rule("U1", kClients, "SetLengthUnits: the pose at rest to 1e-4 of the new unit",
@@ -129,7 +129,7 @@ void add(std::vector<Check>& checks) {
        others);
   rule("U5", "CRCLCommands.xsd", "a speed set in one unit is reported in another",
        "50.8 mm/s is 2 in/s", speed);
-  rule("U6", "DataPrimitives.xsd", "a pose tolerance of which only some are set", "CRCL_Done",
+  rule("U6", "DataPrimitives.xsd", "a pose tolerance with some components only", "CRCL_Done",
        tolerances);
 }
 

@@ -64,7 +64,7 @@ std::string configured_joints(const Target& target) {
   expect(!joint.torque, "a torque that was not asked for");
   const auto none = probe.run(crcl::ConfigureJointReports{true, {}});
   expect(none.document.find("JointStatuses") == std::string::npos, "JointStatuses without a joint");
-  return "joint 2 with position and velocity; then none";
+  return "joint 2 with position and velocity; then no joints";
 }
 
 std::string unsolicited(const Target& target) {
@@ -103,9 +103,9 @@ std::string gripper(const Target& target) {
 }  // namespace
 
 void add(std::vector<Check>& checks) {
-  const auto rule = [&checks](const char* clause, const char* source, const char* what,
-                              const char* expected, auto look) {
-    checks.push_back({clause, source, what, expected, false, look});
+  const auto rule = [&checks](const char* clause, const char* source, const char* text,
+                              const char* expected, auto run) {
+    checks.push_back({clause, source, text, expected, false, run});
   };
   constexpr const char* kClients = "NIST's Java clients";
   rule("S1", kClients, "statuses come for GetStatus only, one for each", "1 status for 1 GetStatus",
@@ -139,8 +139,7 @@ void add(std::vector<Check>& checks) {
        configured);
   rule("S8", "CRCLCommands.xsd", "ConfigureJointReports", "the joints and values asked for",
        configured_joints);
-  rule("S9", kClients, "what clients read of the gripper", "EndEffectorSetting, HoldingObject",
-       gripper);
+  rule("S9", kClients, "the gripper's status fields", "EndEffectorSetting, HoldingObject", gripper);
 }
 
 }  // namespace aprsim::client::conform::statuses

@@ -47,26 +47,26 @@ std::string unknown_element(const Target& target) {
 }  // namespace
 
 void add(std::vector<Check>& checks) {
-  const auto rule = [&checks](const char* clause, const char* source, const char* what, auto look) {
-    checks.push_back({clause, source, what, "CRCL_Error with a description, under its id or closed",
-                      false, look});
+  const auto rule = [&checks](const char* clause, const char* source, const char* text, auto run) {
+    checks.push_back({clause, source, text, "CRCL_Error with a description, under its id or closed",
+                      false, run});
   };
   constexpr const char* kCommands = "CRCLCommands.xsd";
   constexpr const char* kSchema = "XML Schema Part 2";
   rule("V1", kCommands, "a required element is missing", refuses("DwellType", ""));
-  rule("V2", kSchema, "a number with something behind it",
+  rule("V2", kSchema, "a number followed by other characters",
        refuses("DwellType", "<DwellTime>0.01s</DwellTime>"));
   rule("V3", kSchema, "an empty number", refuses("DwellType", "<DwellTime/>"));
   rule("V4", "duty of a robot", "a time that is not finite",
        refuses("DwellType", "<DwellTime>INF</DwellTime>"));
-  rule("V5", kCommands, "a unit that the list does not have",
+  rule("V5", kCommands, "an unknown unit",
        refuses("SetLengthUnitsType", "<UnitName>furlong</UnitName>"));
-  rule("V6", kSchema, "a truth value that is none",
+  rule("V6", kSchema, "an invalid boolean",
        refuses("ConfigureJointReportsType", "<ResetAll>maybe</ResetAll>"));
   rule("V7", kCommands, "too few of an element",
        refuses("MoveThroughToType",
                "<MoveStraight>true</MoveStraight><NumPositions>0</NumPositions>"));
-  rule("V8", kSchema, "a CommandID that is no number", no_id);
+  rule("V8", kSchema, "a CommandID that is not a number", no_id);
   rule("V9", "CRCLCommandInstance.xsd", "an instance without a command", [](const Target& t) {
     return refused(t, "<CRCLCommandInstance></CRCLCommandInstance>", std::nullopt);
   });

@@ -167,9 +167,9 @@ std::string connections(const Target& target) {
 }  // namespace
 
 void add(std::vector<Check>& checks) {
-  const auto rule = [&checks](const char* clause, const std::string& section, const char* what,
-                              const char* expected, auto look) {
-    checks.push_back({clause, std::string(kMessaging) + section, what, expected, false, look});
+  const auto rule = [&checks](const char* clause, const std::string& section, const char* text,
+                              const char* expected, auto run) {
+    checks.push_back({clause, std::string(kMessaging) + section, text, expected, false, run});
   };
   rule("T1", ", 3.1.3", "transaction ids", "all come back", transactions);
   rule("T2", ", 3.1.3", "unit ids", "served, or exception 0A or 0B", units);
@@ -183,8 +183,8 @@ void add(std::vector<Check>& checks) {
   rule("T7", ", 4.2", "a request in packets of one byte", "1 reply", bytewise);
   rule("T8", ", 4.2", "8 connections", "8 replies", connections);
   rule("T9", ", 4.2", "half a request holds nobody up", "others served within 2 s", half_requests);
-  rule("T10", ", 4.2", "a client that reads nothing holds nobody up", "others served within 2 s",
-       never_reads);
+  rule("T10", ", 4.2", "a client that reads nothing delays no other client",
+       "others served within 2 s", never_reads);
 }
 
 }  // namespace aprsim::client::conform::frames

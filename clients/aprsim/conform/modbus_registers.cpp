@@ -148,7 +148,7 @@ std::string runs(const Target& target) {
   belt.probe.write(modbus::kSpeedRegister, kSlow);
   belt.probe.write(modbus::kRunRegister, 1);
   wait_for(belt, modbus::kMovingInput, 1, "it does not move");
-  wait_for(belt, modbus::kAtSpeedInput, 1, "it does not come to its speed");
+  wait_for(belt, modbus::kAtSpeedInput, 1, "it does not reach its speed");
   const auto speed = static_cast<std::int16_t>(belt.probe.value(4, modbus::kActualSpeedRegister));
   const int magnitude = std::abs(int{speed});
   expect(magnitude > kSlow * 9 / 10 && magnitude < kSlow * 11 / 10, fmt::format("{}", speed));
@@ -161,9 +161,9 @@ std::string runs(const Target& target) {
 
 void add(std::vector<Check>& checks) {
   int number = 0;
-  const auto rule = [&](std::string what, std::string expected, bool moves, auto look) {
+  const auto rule = [&](std::string text, std::string expected, bool moves, auto run) {
     checks.push_back(
-        {fmt::format("R{}", ++number), kMap, std::move(what), std::move(expected), moves, look});
+        {fmt::format("R{}", ++number), kMap, std::move(text), std::move(expected), moves, run});
   };
   rule("the first and the last address of every area", "all there", false, edges);
   for (const RegisterInfo& info : modbus::register_map()) {
@@ -172,8 +172,8 @@ void add(std::vector<Check>& checks) {
          [&info](const Target& target) { return in_range(target, info); });
   }
   rule("the time stamp rises, its high word first", "some ms on", false, time_rises);
-  rule("registers, coils and inputs that say the same", "the same", false, consistent);
-  rule("direction and speed of the belt that stands", "kept", true, settings);
+  rule("consistent registers, coils and inputs", "the same", false, consistent);
+  rule("direction and speed of the belt at rest", "kept", true, settings);
   rule("values beyond their range", "exception 3", true, refused);
   rule("the belt at 1000 counts, then stopped", "about 1000 counts, then 0", true, runs);
 }

@@ -21,14 +21,14 @@ std::string row(const Finding& finding, const Paint& paint) {
                                                         : Tone::kWarning;
   const Check& check = *finding.check;
   return fmt::format("{:<5} {} {:<64} expected: {:<48} seen: {}\n", check.clause,
-                     paint(tone, fmt::format("{:<11}", name_of(finding.verdict))), check.what,
+                     paint(tone, fmt::format("{:<11}", name_of(finding.verdict))), check.text,
                      check.expected, finding.seen);
 }
 
 nlohmann::ordered_json object(const Finding& finding) {
   const Check& check = *finding.check;
   return {{"clause", check.clause}, {"source", check.source},
-          {"what", check.what},     {"expected", check.expected},
+          {"check", check.text},    {"expected", check.expected},
           {"seen", finding.seen},   {"verdict", name_of(finding.verdict)}};
 }
 

@@ -29,11 +29,11 @@ Outcome<bool> DemoCell::wait_until(const std::function<bool(const v1::Snapshot&)
   }
 }
 
-void DemoCell::report(const std::string& who, const char* event, const std::string& text,
+void DemoCell::report(const std::string& source, const char* action, const std::string& text,
                       const nlohmann::ordered_json& fields) const {
-  nlohmann::ordered_json object{{"who", who}, {"event", event}};
+  nlohmann::ordered_json object{{"source", source}, {"action", action}};
   if (!fields.is_null()) object.update(fields);
-  console.show(fmt::format("{}: {}\n", who, text), object);
+  console.show(fmt::format("{}: {}\n", source, text), object);
 }
 
 }  // namespace aprsim::client

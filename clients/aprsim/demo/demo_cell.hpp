@@ -25,8 +25,9 @@ struct DemoCell {
   [[nodiscard]] Outcome<bool> wait_until(const std::function<bool(const v1::Snapshot&)>& met,
                                          std::chrono::milliseconds limit) const;
 
-  /// Reports an action: "who: text", or as JSON {"who", "event", fields...}; null = no fields.
-  void report(const std::string& who, const char* event, const std::string& text,
+  /// Reports an action: "source: text", or as JSON {"source", "action", fields...}; null = no
+  /// fields.
+  void report(const std::string& source, const char* action, const std::string& text,
               const nlohmann::ordered_json& fields) const;
 };
 

@@ -53,7 +53,7 @@ struct BatchWorker::Programs {
 BatchWorker::BatchWorker(const scenario::Scenario& scenario, BatchWorkerOptions options)
     : scenario_(scenario),
       options_(std::move(options)),
-      again_(options_.controller.empty() || options_.again) {}
+      reuse_controller_(options_.controller.empty() || options_.reuse_controller) {}
 
 BatchWorker::~BatchWorker() { end_programs(); }
 
@@ -86,12 +86,13 @@ Outcome<void> BatchWorker::start(const scenario::Plan& plan) {
   if (!place) return tl::unexpected(place.error());
   programs.place.emplace(std::move(*place));
   programs.cell.emplace(programs.place->endpoints, options_.patience);
-  programs.controller.emplace(
-      controller_command(scenario_,
-                         {.command = options_.controller, .polls_are_clock = true, .again = again_},
-                         *programs.place),
-      programs.place->ports_file, programs.directory);
-  if (!again_) return {};
+  programs.controller.emplace(controller_command(scenario_,
+                                                 {.command = options_.controller,
+                                                  .polls_are_clock = true,
+                                                  .reuse_controller = reuse_controller_},
+                                                 *programs.place),
+                              programs.place->ports_file, programs.directory);
+  if (!reuse_controller_) return {};
   if (auto started = programs.controller->start(); !started) return started;
   return await_ready();
 }
@@ -108,8 +109,8 @@ Outcome<void> BatchWorker::await_ready() {
     }
     if (code) why = fmt::format("the controller ended with {} before it was ready", *code);
     if (std::chrono::steady_clock::now() > deadline) {
-      why = fmt::format("waited {} s for the controller to say that it is ready",
-                        options_.patience.count());
+      why =
+          fmt::format("waited {} s for the controller to report ready", options_.patience.count());
     }
     if (!why.empty()) break;
     static_cast<void>(controller.wait(2ms));
@@ -156,7 +157,7 @@ Outcome<v1::CellDescription> BatchWorker::begin(const scenario::Plan& plan) {
   }
   auto description = cell.cell();
   if (!description) return description;
-  if (again_) {
+  if (reuse_controller_) {
     begin_job(plan.seed);
   } else if (auto started = programs_->controller->start(); !started) {
     return tl::unexpected(started.error());
@@ -170,7 +171,7 @@ void BatchWorker::begin_job(std::uint64_t seed) {
 
 void BatchWorker::end_job() {
   ChildProcess& controller = programs_->controller->process();
-  if (again_) {
+  if (reuse_controller_) {
     controller.write_line(R"({"end": true})");
   } else {
     controller.close_input();
@@ -229,14 +230,14 @@ Outcome<void> BatchWorker::replace_controller(const v1::Snapshot& now, std::uint
   watch.controller_killed(now);
   if (auto alone = time.pass_until_alone(now.step(), programs_->roles); !alone) return alone;
   if (auto started = controller.start(); !started) return started;
-  if (again_) begin_job(seed);
+  if (reuse_controller_) begin_job(seed);
   watch.controller_started(controller.process());
   return {};
 }
 
 bool BatchWorker::gets_ready(RunWatch& watch) {
   ChildProcess& controller = programs_->controller->process();
-  if (!again_ || !watch.ended_in_order() || controller.ended()) return false;
+  if (!reuse_controller_ || !watch.ended_in_order() || controller.ended()) return false;
   if (!programs_->cell->pause()) return false;
   const auto deadline = std::chrono::steady_clock::now() + kProgramEnd;
   while (!watch.controller_is_ready()) {

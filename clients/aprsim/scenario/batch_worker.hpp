@@ -20,7 +20,7 @@ struct BatchWorkerOptions {
   /// Shell command of the controller, which polls every robot; empty = the scenario's program.
   std::string controller;
   /// The command's controller takes one job after the other, as the default programs do.
-  bool again = false;
+  bool reuse_controller = false;
   std::string directory;  ///< for scene, logs and the controller's output; empty = none
   std::string journal;    ///< file or directory for the daemon's; empty = none
   std::chrono::seconds patience = kPatience;  ///< without progress, before a run is given up
@@ -80,7 +80,7 @@ class BatchWorker {
 
   const scenario::Scenario& scenario_;
   const BatchWorkerOptions options_;
-  const bool again_;
+  const bool reuse_controller_;
   std::unique_ptr<Programs> programs_;
   std::uint64_t peak_bytes_ = 0;
   unsigned starts_ = 0;

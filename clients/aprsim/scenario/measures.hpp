@@ -51,7 +51,7 @@ struct FaultResult {
   std::string kind, target;
   double begin_s = 0;
   std::optional<double> end_s;
-  std::optional<double> recovery_s;  ///< until the next part was put into a kit
+  std::optional<double> recovery_s;  ///< until the next part was placed in a kit
   bool recovered = false;
 };
 
@@ -59,7 +59,7 @@ struct RobotResult {
   std::string name;
   unsigned grasps = 0, grasps_failed = 0, grasps_repeated = 0, drops = 0;
   double moving_s = 0, total_s = 0, path_m = 0, energy_j = 0;
-  std::vector<std::array<double, 2>> moving;  ///< when, from and to
+  std::vector<std::array<double, 2>> moving;  ///< intervals of motion
 };
 
 /// Figures that a controller reports about itself.

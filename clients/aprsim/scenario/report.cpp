@@ -103,7 +103,7 @@ RunJson json_of(const RobotResult& robot) {
           {"energy_j", robot.energy_j}};
 }
 
-RunJson json_of(const RunEvent& event) { return {{"time_s", event.time_s}, {"what", event.what}}; }
+RunJson json_of(const RunEvent& event) { return {{"time_s", event.time_s}, {"event", event.text}}; }
 
 template <typename T>
 RunJson list_of(const std::vector<T>& all) {
@@ -182,7 +182,7 @@ nlohmann::ordered_json report_json(const RunResult& run) {
           {"description", run.description},
           {"seed", run.seed},
           {"controller", run.controller},
-          {"ended", run.ended},
+          {"end_reason", run.end_reason},
           {"state_hash", run.state_hash},
           {"as_expected", run.as_expected()},
           {"measures", values},
@@ -199,7 +199,7 @@ std::string report_table(const RunResult& run, const Paint& paint) {
   const Measured& measured = run.measured;
   std::string out =
       paint(Tone::kHeading, fmt::format("{}, seed {}", run.scenario, run.seed)) +
-      fmt::format(": {}\n{} after {:.1f} s\n\n", run.description, run.ended, measured.end_s);
+      fmt::format(": {}\n{} after {:.1f} s\n\n", run.description, run.end_reason, measured.end_s);
   for (const KitResult& kit : measured.kits) {
     out += fmt::format("  kit    {:<20} {:<22} {:>7} s  ", kit.order, kit.tray,
                        time_text(kit.submitted_s)) +
@@ -247,7 +247,7 @@ std::string report_page(const RunResult& run) {
              "<h1>{0}</h1>\n<p>{2}. Seed {1}, controller <code>{3}</code>; {4} after {5:.1f} "
              "s.</p>\n<p class=\"{6}\">{7}</p>\n",
              escaped_html(run.scenario), run.seed, escaped_html(run.description),
-             escaped_html(run.controller), escaped_html(run.ended), measured.end_s,
+             escaped_html(run.controller), escaped_html(run.end_reason), measured.end_s,
              run.as_expected() ? "good" : "bad",
              run.as_expected() ? "As expected." : "Not as expected.") +
          page_section("Expected", page_table({"bound", "kept"}, verdicts)) +

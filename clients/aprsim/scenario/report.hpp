@@ -11,17 +11,17 @@
 
 namespace aprsim::client {
 
-/// The whole result; the same result gives the same text.
+/// The complete result as JSON; equal results give equal text.
 [[nodiscard]] nlohmann::ordered_json report_json(const RunResult& run);
 /// Measures, kits, faults and the verdict, for a terminal.
 [[nodiscard]] std::string report_table(const RunResult& run, const Paint& paint);
-/// A page that needs nothing else, with plots.
+/// A self-contained HTML page with plots.
 [[nodiscard]] std::string report_page(const RunResult& run);
 
 /// The files that write_report() writes into a directory.
 [[nodiscard]] std::vector<std::string> report_files(const std::string& directory);
-/// Writes report.json, report.txt and report.html into a directory, which is made when it is not
-/// there. Failure: a file that cannot be written.
+/// Writes report.json, report.txt and report.html into a directory, created if
+/// absent. Failure: a file that cannot be written.
 [[nodiscard]] Outcome<void> write_report(const RunResult& run, const std::string& directory);
 
 }  // namespace aprsim::client

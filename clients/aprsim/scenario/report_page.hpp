@@ -8,9 +8,9 @@ namespace aprsim::client {
 
 extern const char* const kPageStyle;
 
-/// From the type of the document to the body's beginning.
+/// The page up to the beginning of its body.
 [[nodiscard]] std::string page_head(const std::string& title);
-/// A row of a table, of texts that are no HTML.
+/// A row of a table; escapes the texts.
 [[nodiscard]] std::string page_row(std::initializer_list<std::string> texts,
                                    const char* tag = "td");
 /// A table; empty without rows.
@@ -18,7 +18,7 @@ extern const char* const kPageStyle;
                                      const std::string& rows);
 /// A heading with its content; empty without content.
 [[nodiscard]] std::string page_section(const std::string& heading, const std::string& content);
-/// Counts without a point, all else to four digits.
+/// Formats counts as integers and other numbers with four digits.
 [[nodiscard]] std::string figure_text(double value);
 
 }  // namespace aprsim::client

@@ -123,11 +123,11 @@ std::vector<std::string> robots_of(const scenario::Scenario& scenario, const sce
   return robots;
 }
 
-std::vector<std::string> roles_of(const std::vector<std::string>& robots, bool looks) {
+std::vector<std::string> roles_of(const std::vector<std::string>& robots, bool uses_vision) {
   std::vector<std::string> out;
   for (const std::string& robot : robots) {
     out.push_back("crcl." + robot);
-    if (looks) out.push_back("vision." + robot);
+    if (uses_vision) out.push_back("vision." + robot);
   }
   return out;
 }
@@ -162,7 +162,7 @@ std::vector<std::string> controller_command(const scenario::Scenario& scenario,
     out.insert(out.end(), {"--ports-file", place.ports_file});
   }
   if (options.polls_are_clock) out.insert(out.end(), {"--clock", "polls"});
-  if (options.again) out.emplace_back("--again");
+  if (options.reuse_controller) out.emplace_back("--reuse-controller");
   out.insert(out.end(), scenario.controller_options.begin(), scenario.controller_options.end());
   return out;
 }

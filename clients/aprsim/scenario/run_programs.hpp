@@ -38,8 +38,9 @@ class RunDirectory {
 /// The robots that the scenario names for its controller, else all robots of the scene.
 [[nodiscard]] std::vector<std::string> robots_of(const scenario::Scenario& scenario,
                                                  const scene::Scene& scene);
-/// Roles that advance virtual time beside the runner; `looks` adds vision.
-[[nodiscard]] std::vector<std::string> roles_of(const std::vector<std::string>& robots, bool looks);
+/// Roles that advance virtual time beside the runner; `uses_vision` adds the cameras.
+[[nodiscard]] std::vector<std::string> roles_of(const std::vector<std::string>& robots,
+                                                bool uses_vision);
 /// The roles in the syntax of `--pacers`.
 [[nodiscard]] std::string pacers_of(const std::vector<std::string>& roles);
 
@@ -64,7 +65,7 @@ struct ControllerOptions {
   std::string command;  ///< for the shell; empty = the scenario's own program
   double poll_ms = 25;  ///< of the own program
   bool polls_are_clock = false;
-  bool again = false;  ///< the program takes one job after the other
+  bool reuse_controller = false;  ///< the program takes one job after the other
 };
 /// The command line of the controller.
 [[nodiscard]] std::vector<std::string> controller_command(const scenario::Scenario& scenario,

@@ -18,14 +18,14 @@ struct Verdict {
 
 struct RunEvent {
   double time_s = 0;
-  std::string what;
+  std::string text;
 };
 
 /// One run of a scenario. It holds no wall-clock time.
 struct RunResult {
   std::string scenario, description, controller;
   std::uint64_t seed = 1;
-  std::string ended;       ///< why
+  std::string end_reason;
   std::string state_hash;  ///< of the cell then, in hexadecimal; empty = by the wall clock
   Measured measured;
   std::vector<Verdict> verdicts;

@@ -42,7 +42,7 @@ std::string activity_of(const v1::Snapshot& snapshot) {
     if (robot.gripper().holding() && robot.gripper().has_held_index()) {
       out += " with " + snapshot.bodies(static_cast<int>(robot.gripper().held_index())).name();
     } else if (robot.gripper().setting() < 0.5) {
-      out += ", told to grip";
+      out += ", commanded to grip";
     }
   }
   return out + (std::abs(snapshot.conveyor().speed_m_s()) > 1e-4 ? ", the belt runs" : "");
@@ -141,7 +141,7 @@ bool RunWatch::read_ahead() {
 
 void RunWatch::end_with_controller() {
   listen();
-  if (go_on()) end("the controller does not go on");
+  if (go_on()) end("the controller makes no progress");
   report_progress(/*at_once=*/true);
 }
 
@@ -149,7 +149,7 @@ RunResult RunWatch::result() const {
   RunResult out{.scenario = scenario_.name,
                 .description = scenario_.description,
                 .seed = plan_.seed,
-                .ended = ended_,
+                .end_reason = end_reason_,
                 .measured = measures_.result(words_),
                 .events = events_};
   if (!plan_.kills_s.empty()) out.measured.values["controller_kills"] = static_cast<double>(kills_);
@@ -180,12 +180,12 @@ void RunWatch::controller_started(ChildProcess& controller) {
   }
 }
 
-bool RunWatch::all_submitted() const { return ended_ == kAllSubmitted; }
+bool RunWatch::all_submitted() const { return end_reason_ == kAllSubmitted; }
 
-bool RunWatch::ended_in_order() const { return all_submitted() || ended_ == kControllerDone; }
+bool RunWatch::ended_in_order() const { return all_submitted() || end_reason_ == kControllerDone; }
 
 bool RunWatch::end(const std::string& why) {
-  ended_ = why;
+  end_reason_ = why;
   return false;
 }
 
@@ -347,7 +347,7 @@ bool RunWatch::go_on() {
   if (!has_orders && said_end_) return end(kControllerDone);
   if (time_s_ >= scenario_.stop.time_limit_s) return end("the time limit was reached");
   if (scenario_.stop.quiet_s && measures_.quiet_s() >= *scenario_.stop.quiet_s) {
-    return end("nothing moved any more");
+    return end("nothing moved");
   }
   if (controller_ != nullptr && controller_->ended()) {
     listen();

@@ -105,7 +105,7 @@ class RunWatch {
   std::set<std::uint64_t> begun_, over_;
   std::set<std::string> announced_, cancelled_;
   std::vector<RunEvent> events_;
-  std::string ended_;
+  std::string end_reason_;
   double time_s_ = 0;
   std::uint64_t last_step_ = 0;
   std::optional<std::uint64_t> epoch_;  ///< of the first sample

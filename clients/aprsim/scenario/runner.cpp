@@ -26,7 +26,7 @@ constexpr auto kHomeTime = 30s;  // for a controller that has no more orders
 /// Resets a running cell and pauses it.
 Outcome<void> make_ready(const scenario::Scenario& scenario, const scenario::Plan& plan,
                          CellConnection& cell) {
-  if (scenario.own_parts) {
+  if (scenario.changes_parts) {
     return failed(FailureKind::kUsage,
                   scenario.file +
                       ": a running cell keeps its own parts, and this scenario "

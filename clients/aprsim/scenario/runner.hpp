@@ -60,7 +60,7 @@ struct RunOptions {
 
 /// Runs a planned scenario: starts a daemon of its own on free ports with the planned scene, and
 /// the controller; injects the faults, announces orders, watches by gRPC, until a stop condition
-/// holds, and stops both. Events are reported as they happen.
+/// holds; and stops both. Events are reported as they happen.
 ///
 /// A running cell is reset with the seed and keeps running afterwards; remaining faults are
 /// ended. It keeps its own scene without the planned variations, and a scenario with parts of its

@@ -38,7 +38,7 @@ struct BodySample {
   bool resting = true;
   bool lost = false;  ///< fell out of the cell
 };
-/// A robot's contact with what it must not touch: anything but gears at its gripper.
+/// An unintended contact of a robot: with anything but gears at its gripper.
 struct Touch {
   std::string pair;  ///< both things
   bool two_robots = false;

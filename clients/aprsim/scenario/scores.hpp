@@ -7,17 +7,17 @@
 /// to this cell, and our own figures of agility.
 namespace aprsim::client {
 
-/// ARIAC 2024, kitting task (pages.nist.gov/ARIAC_docs, scoring): 1 for the right tray, -1 for
-/// another; for each slot 3 for the right part, 0 for one of a wrong type, flipped or faulty; when
-/// all parts are right as much again as there are parts, less the surplus; 0 at a wrong
-/// destination; never below 0. Kits of an order with priority weigh `priority` times.
+/// ARIAC 2024, kitting task (pages.nist.gov/ARIAC_docs, scoring). The right tray counts 1, another
+/// one -1. A slot counts 3 with the right part, 0 with a wrong, flipped or faulty one. If all parts
+/// are right, the number of parts less the surplus is added. A kit at a wrong destination scores 0;
+/// no score is negative. Kits of an order with priority are weighted by `priority`.
 [[nodiscard]] double kit_score(const KitResult& kit, const scenario::Scoring& scoring);
-/// The most that the kit could have.
+/// The maximum score of the kit.
 [[nodiscard]] double best_score(const KitResult& kit, const scenario::Scoring& scoring);
 
-/// ARIAC 2025, penalties: each collision of a robot `collision`, again for every
-/// `collision_again_s` that it lasts, twice when both are robots; each part on an invalid surface
-/// `invalid_surface`: here one that was taken and ends in no slot and no gripper.
+/// ARIAC 2025, penalties. A collision of a robot costs `collision`, and as much for every
+/// `collision_again_s` of its duration; between two robots it costs twice that. A part on an
+/// invalid surface costs `invalid_surface`: a grasped part that ends in no slot and no gripper.
 [[nodiscard]] double penalty(const Measured& measured, const scenario::Scoring& scoring);
 
 /// Adds score, score_share, efficiency, penalty and agility to the values.

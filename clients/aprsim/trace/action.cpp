@@ -51,7 +51,7 @@ std::map<std::string, WireActions> actions_of(const Trace& trace) {
     wire.name = name;
     Action action{.kind = event_word(event.kind()), .time_s = record.time_s};
     for (int i = 0; i < event.names_size(); ++i) {
-      action.fields.push_back({i == 0 ? "who" : "what", event.names(i)});
+      action.fields.push_back({i == 0 ? "subject" : "object", event.names(i)});
     }
     wire.actions.push_back(std::move(action));
   }

@@ -126,7 +126,7 @@ class WireComparison {
     }
     for (std::size_t k = 0; k < odd.size(); ++k) {
       for (std::size_t m = k + 1; m < odd.size() && odd[m] - odd[k] < kNearBy; ++m) {
-        if (told_.contains(odd[k]) || told_.contains(odd[m])) continue;
+        if (reported_.contains(odd[k]) || reported_.contains(odd[m])) continue;
         find_order(odd[k], odd[m]);
       }
     }
@@ -136,7 +136,7 @@ class WireComparison {
     const AlignedPair &p = pairs_[first], &q = pairs_[second];
     if (p.a && p.b && q.a && q.b && is_same(*p.a, *q.b) && is_same(*q.a, *p.b)) {
       Deviation& out = add(DeviationKind::kOrder, p);
-      out.text += fmt::format("and {} {} {} come in the other order", noun(), *q.a + 1,
+      out.text += fmt::format("and {} {} {} are in the other order", noun(), *q.a + 1,
                               a_.actions[*q.a].kind);
     } else if (p.a && !p.b && !q.a && q.b && is_same(*p.a, *q.b)) {
       Deviation& out = add(DeviationKind::kOrder, {p.a, q.b});
@@ -147,14 +147,14 @@ class WireComparison {
     } else {
       return;
     }
-    told_.insert(first);
-    told_.insert(second);
+    reported_.insert(first);
+    reported_.insert(second);
   }
 
   // ---- One pair.
 
   void compare_pair(std::size_t at) {
-    if (told_.contains(at)) return;
+    if (reported_.contains(at)) return;
     const AlignedPair& pair = pairs_[at];
     if (!pair.b) {
       add(DeviationKind::kMissing, pair).text += "is missing" + content(a_.actions[*pair.a]);
@@ -184,7 +184,8 @@ class WireComparison {
     ends.angle_deg = tolerance_.end_deg;
     compare_fields(pair, a.results, b.results, DeviationKind::kResult, ends, "ends with ");
     compare_times(pair, DeviationKind::kDuration, "takes", a.duration_s, b.duration_s);
-    const bool in_turn = at > 0 && pairs_[at - 1].a && pairs_[at - 1].b && !told_.contains(at - 1);
+    const bool in_turn =
+        at > 0 && pairs_[at - 1].a && pairs_[at - 1].b && !reported_.contains(at - 1);
     if (in_turn) compare_times(pair, DeviationKind::kPause, "comes", a.pause_s, b.pause_s);
   }
 
@@ -229,7 +230,7 @@ class WireComparison {
     const char* how = kind == DeviationKind::kDuration ? (*b > *a ? "longer" : "shorter")
                                                        : (*b > *a ? "later" : "earlier");
     out.text += fmt::format("{} {:.2f} s {} ({}, was {}{})", verb, amount, how, out.b, out.a,
-                            kind == DeviationKind::kPause ? ", after what was before" : "");
+                            kind == DeviationKind::kPause ? ", after the previous action" : "");
   }
 
   // ---- Differences without a position.
@@ -351,7 +352,7 @@ class WireComparison {
   const Tolerance& tolerance_;
   WireSummary summary_;
   std::vector<AlignedPair> pairs_;
-  std::set<std::size_t> told_;  ///< places that are told of already
+  std::set<std::size_t> reported_;  ///< positions already reported
   std::vector<Deviation> out_;
 };
 

@@ -121,11 +121,11 @@ client::Outcome<Exported> export_csv(const std::string& place, const std::string
   Table wires(directory, "wires.csv", "time_s,wire,connection,direction,what");
   const auto listed = list_trace(place, {.polls = true}, [&](const ListedLine& line) {
     if (line.wire == "cell") {
-      events.row("{:.3f},{}\n", line.time_s, quoted(line.what));
+      events.row("{:.3f},{}\n", line.time_s, quoted(line.text));
       ++out.events;
     } else {
       wires.row("{:.3f},{},{},{},{}\n", line.time_s, quoted(line.wire), line.connection,
-                line.direction, quoted(line.what));
+                line.direction, quoted(line.text));
       ++out.wires;
     }
   });

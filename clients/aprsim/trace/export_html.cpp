@@ -132,7 +132,7 @@ v1::JournalHeader header_of_run(const std::string& place) {
 client::Outcome<Exported> export_html(const std::string& place, const std::string& motion,
                                       const std::string& file, const std::string& web) {
   if (motion.empty()) {
-    return failed(FailureKind::kUsage, place + " has no scene: there is nothing to show");
+    return failed(FailureKind::kUsage, place + " has no scene and cannot be shown");
   }
   const std::string script = file_content((fs::path(web) / "player" / "player.js").string());
   const std::string style = file_content((fs::path(web) / "style.css").string());
@@ -153,7 +153,7 @@ client::Outcome<Exported> export_html(const std::string& place, const std::strin
     lines.push_back({{"time_s", line.time_s},
                      {"wire", line.wire},
                      {"direction", line.direction},
-                     {"what", line.what}});
+                     {"text", line.text}});
     ++(line.wire == "cell" ? out.events : out.wires);
   });
   if (!listed) return failed(FailureKind::kUsage, listed.error().message);

@@ -121,7 +121,7 @@ std::string line_schema(const std::string& title) {
                                       {"wire", text_schema()},
                                       {"connection", whole_schema()},
                                       {"direction", text_schema()},
-                                      {"what", text_schema()}}));
+                                      {"text", text_schema()}}));
 }
 
 // ---- Messages.
@@ -198,7 +198,7 @@ Json cylinder_json(double bottom, double top, double radius, const Json& color) 
 /// The entities of the scene: boxes and gears, each fixed to its frame.
 Json scene_json(const v1::MotionHeader& header, double time_s) {
   Json entities = Json::array();
-  for (const auto& box : header.looks().fixed()) {
+  for (const auto& box : header.appearance().fixed()) {
     Json entity = entity_json(kWorld, box.name());
     entity["cubes"].push_back({{"pose", pose_json(box.box_in_world())},
                                {"size", vector_json(box.size_m())},
@@ -302,7 +302,7 @@ class Export {
     out_.add(log_, nanoseconds(line.time_s),
              dumped({{"timestamp", time_json(line.time_s)},
                      {"level", kInfo},
-                     {"message", line.what},
+                     {"message", line.text},
                      {"name", "cell"},
                      {"file", ""},
                      {"line", 0}}));

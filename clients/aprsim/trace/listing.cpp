@@ -158,7 +158,7 @@ std::string text_of(const ListedLine& line) {
   const char* arrow = line.direction == "in" ? "->" : (line.direction == "out" ? "<-" : "  ");
   return fmt::format("{:10.3f} s  {:<16} {:>4} {} {}\n", line.time_s, line.wire,
                      line.connection > 0 ? fmt::format("#{}", line.connection) : "", arrow,
-                     line.what);
+                     line.text);
 }
 
 nlohmann::ordered_json json_of(const ListedLine& line) {
@@ -166,7 +166,7 @@ nlohmann::ordered_json json_of(const ListedLine& line) {
           {"wire", line.wire},
           {"connection", line.connection},
           {"direction", line.direction},
-          {"what", line.what}};
+          {"text", line.text}};
 }
 
 Result<std::vector<std::string>> list_trace(const std::string& place, const ListingChoice& choice,
@@ -178,7 +178,7 @@ Result<std::vector<std::string>> list_trace(const std::string& place, const List
     if (!choice.wire.empty() && line.wire != choice.wire) return;
     if (line.time_s < choice.from_s.value_or(line.time_s)) return;
     if (line.time_s > choice.to_s.value_or(line.time_s)) return;
-    line.what = in_one_line(std::move(line.what));
+    line.text = in_one_line(std::move(line.text));
     show(line);
   };
   return for_each_record(place, [&](const v1::JournalRecord& record) {

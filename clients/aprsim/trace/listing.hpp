@@ -24,7 +24,7 @@ struct ListedLine {
   std::string wire;              ///< listener; "cell" for events of the cell
   std::uint64_t connection = 0;  ///< 0 = none
   std::string direction;         ///< "in" from the client, "out" to it; empty = neither
-  std::string what;
+  std::string text;
 };
 
 [[nodiscard]] std::string text_of(const ListedLine& line);

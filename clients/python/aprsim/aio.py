@@ -231,7 +231,7 @@ class Robot:
 
     async def _let_time_pass(self, steps: int) -> float:
         if self._cell.paused:
-            await self._cell.advance(steps)
+            await self._cell.step_without_snapshot(steps)
             return steps * self._cell.step_s
         began = time.monotonic()
         await asyncio.sleep(POLL_S)
@@ -383,7 +383,7 @@ class Cell(Channel):
         """Step a paused cell `steps` times. Returns the snapshot after the last step."""
         return await self._run(calls.step(steps, fields, timeout_s))
 
-    async def advance(self, steps: int) -> None:
+    async def step_without_snapshot(self, steps: int) -> None:
         """Step a paused cell `steps` times without a snapshot."""
         await self._run(calls.step(steps, ["step"], None))
 
@@ -437,7 +437,7 @@ class Cell(Channel):
         """Continue from a saved state, bit for bit."""
         return await self._run(calls.load_state(name))
 
-    async def forget(self, name: str) -> Receipt:
+    async def delete_state(self, name: str) -> Receipt:
         """Delete a saved state."""
         return await self._run(calls.delete_state(name))
 

@@ -149,7 +149,7 @@ class Cell(Channel):
         """Step a paused cell `steps` times. Returns the snapshot after the last step."""
         return self._run(calls.step(steps, fields, timeout_s))
 
-    def advance(self, steps: int) -> None:
+    def step_without_snapshot(self, steps: int) -> None:
         """Step a paused cell `steps` times without a snapshot."""
         self._run(calls.step(steps, ["step"], None))
 
@@ -209,7 +209,7 @@ class Cell(Channel):
         """Continue from a saved state, bit for bit."""
         return self._run(calls.load_state(name))
 
-    def forget(self, name: str) -> Receipt:
+    def delete_state(self, name: str) -> Receipt:
         """Delete a saved state."""
         return self._run(calls.delete_state(name))
 

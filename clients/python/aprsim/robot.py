@@ -256,7 +256,7 @@ class Robot:
 
     def _let_time_pass(self, steps: int) -> float:
         if self._cell.paused:
-            self._cell.advance(steps)
+            self._cell.step_without_snapshot(steps)
             return steps * self._cell.step_s
         began = time.monotonic()
         time.sleep(POLL_S)

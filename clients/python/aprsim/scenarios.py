@@ -31,7 +31,7 @@ class ScenarioReport:
 
     scenario: str
     seed: int
-    ended: str
+    end_reason: str
     as_expected: bool
     measures: Mapping[str, float]
     """Known measures by name."""
@@ -87,7 +87,7 @@ def read_report(report: Mapping[str, Any]) -> ScenarioReport:
     return ScenarioReport(
         scenario=report["scenario"],
         seed=report["seed"],
-        ended=report["ended"],
+        end_reason=report["end_reason"],
         as_expected=report["as_expected"],
         measures={name: value for name, value in report["measures"].items() if value is not None},
         verdicts=verdicts,

@@ -54,23 +54,23 @@ const faults = new FaultPanel(state);
 const injected = new InjectedCard(state, access);
 const programs = new Programs(state);
 const runCard = new RunCard(state, access, programs);
-const trials = h(
+const scenarios = h(
   'div',
   {class: 'panel'},
   runCard.element,
   new InjectCard(state, access).element,
   injected.element
 );
-const kTrials = 6; // index of the panel
+const kScenarios = 6; // index of the panel
 const tabs = new Tabs(
   [
-    {name: 'Robots', content: robotsPanel},
-    {name: 'Conveyor', content: conveyor.element},
-    {name: 'CRCL', content: crcl.element},
-    {name: 'Modbus', content: modbus.element},
-    {name: 'Charts', content: charts.element},
-    {name: 'Faults', content: faults.element, mark: faults.count},
-    {name: 'Trials', content: trials, mark: injected.count}
+    {name: 'Robots', content: robotsPanel, docs: 'crcl.html'},
+    {name: 'Conveyor', content: conveyor.element, docs: 'modbus.html'},
+    {name: 'CRCL', content: crcl.element, docs: 'crcl.html'},
+    {name: 'Modbus', content: modbus.element, docs: 'reference/registers.html'},
+    {name: 'Charts', content: charts.element, docs: 'web_page.html'},
+    {name: 'Faults', content: faults.element, docs: 'troubleshooting.html', mark: faults.count},
+    {name: 'Scenarios', content: scenarios, docs: 'scenarios.html', mark: injected.count}
   ],
   (name) =>
     state.watch({
@@ -177,7 +177,7 @@ pick.onTarget = (name, position_R) => {
   notify(`The target now has x, y and z of ${name}.`);
 };
 const start = new StartCard(state, access, programs, () => {
-  tabs.open(kTrials);
+  tabs.open(kScenarios);
   runCard.element.scrollIntoView();
 });
 if (view.draws)

@@ -31,14 +31,14 @@ export type {Bookmark, HistorySpan, Moment} from '../generated/aprsim/v1/history
 export {BookmarkKind} from '../generated/aprsim/v1/history_service_pb';
 export type {Pose, Vector3, Quaternion} from '../generated/aprsim/v1/geometry_pb';
 export type {
-  CellLooks,
+  CellAppearance,
   Fault,
   FaultList,
   ListenerStatus,
   OrderProgress,
   PastSnapshot,
   ProgramStatus,
-  RobotLooks,
+  RobotAppearance,
   Outcome,
   Permission,
   RegisterInfo,

@@ -3,7 +3,7 @@ import {PastReader} from './past';
 import type {
   Bookmark,
   CellDescription,
-  CellLooks,
+  CellAppearance,
   FaultList,
   HistorySpan,
   ListFaultKindsResponse,
@@ -48,11 +48,11 @@ export class State {
   bookmarks: Bookmark[] = [];
   welcome: Welcome | null = null;
   /** Appearance of the shown cell. */
-  looks: CellLooks | null = null;
+  appearance: CellAppearance | null = null;
   /** Description of the present cell, whatever is shown. */
-  private present: {cell: CellDescription | null; looks: CellLooks | null} = {
+  private present: {cell: CellDescription | null; appearance: CellAppearance | null} = {
     cell: null,
-    looks: null
+    appearance: null
   };
   permission: Permission | null = null;
   registerMap: RegisterInfo[] = [];
@@ -116,8 +116,8 @@ export class State {
     const before = this.past;
     this.past = past;
     // The scene may have been a different one.
-    if (moment?.cell) this.turnTo(moment.cell, moment.looks ?? null);
-    else this.turnTo(this.present.cell, this.present.looks);
+    if (moment?.cell) this.turnTo(moment.cell, moment.appearance ?? null);
+    else this.turnTo(this.present.cell, this.present.appearance);
     const shown = past ?? this.live;
     if (shown) this.show(shown, true);
     this.pastChanged.emit(past);
@@ -129,10 +129,10 @@ export class State {
     return isAlike(moment.cell ?? this.present.cell, this.cell);
   }
 
-  private turnTo(cell: CellDescription | null, looks: CellLooks | null): void {
+  private turnTo(cell: CellDescription | null, appearance: CellAppearance | null): void {
     if (!cell || isAlike(cell, this.cell)) return;
     this.cell = cell;
-    this.looks = looks;
+    this.appearance = appearance;
     this.snapshot = null;
     this.cellChanged.emit(cell);
   }
@@ -181,8 +181,8 @@ export class State {
         this.pastReader.wake();
         this.accessChanged.emit();
         break;
-      case 'looks':
-        this.present.looks = body.value;
+      case 'appearance':
+        this.present.appearance = body.value;
         break;
       case 'cell': {
         const {returned} = this;
@@ -194,7 +194,7 @@ export class State {
           break;
         }
         this.cell = body.value;
-        this.looks = this.present.looks;
+        this.appearance = this.present.appearance;
         this.snapshot = this.live = null;
         // The shown moment belongs to a cell that has been rebuilt.
         this.showPast(null);

@@ -128,7 +128,7 @@ std::shared_ptr<const CallGate::Call> CallGate::judge(const grpc::ServerContextB
   if (needed > protocols::Role::kNone) {
     const protocols::Caller caller =
         access_.identify(protocols::host_of(call.peer), {token, std::move(client.certificate)});
-    call.who = caller.text();
+    call.identity = caller.text();
     if (const auto refusal = access_.refusal(caller, call.method, needed)) {
       call.refusal = status_of(*refusal);
       log(call.peer + " is refused: " + refusal->message);
@@ -150,7 +150,7 @@ void CallGate::audit(const Call& call, std::string request, std::string outcome)
   if (audit_ == nullptr) return;
   audit_->write({.wire = "grpc",
                  .peer = call.peer,
-                 .who = call.who,
+                 .identity = call.identity,
                  .command = call.method,
                  .request = std::move(request),
                  .outcome = std::move(outcome)});

@@ -38,7 +38,7 @@ class CallGate {
 
   struct Call {
     std::string method;  ///< without the slash before it
-    std::string peer, who;
+    std::string peer, identity;
     std::optional<grpc::Status> refusal;
     bool command = false;  ///< needs more than the role view
   };

@@ -47,35 +47,35 @@ class Tracing final : public grpc::experimental::Interceptor {
     if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::POST_RECV_MESSAGE)) {
       // All messages of these services are generated from their descriptions.
       const auto* message = static_cast<google::protobuf::Message*>(methods->GetRecvMessage());
-      if (message != nullptr) note(WireContent::kReceived, message->SerializeAsString());
+      if (message != nullptr) record(WireContent::kReceived, message->SerializeAsString());
     }
     if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_MESSAGE)) {
       const grpc::ByteBuffer* message = methods->GetSerializedSendMessage();
-      if (message != nullptr) note(WireContent::kSent, bytes_of(*message));
+      if (message != nullptr) record(WireContent::kSent, bytes_of(*message));
     }
     if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_STATUS)) {
       const grpc::Status status = methods->GetSendStatus();
       if (!status.ok()) {
-        note(WireContent::kSent, {},
-             "status " + std::to_string(status.error_code()) + ": " + status.error_message());
+        record(WireContent::kSent, {},
+               "status " + std::to_string(status.error_code()) + ": " + status.error_message());
       }
     }
     methods->Proceed();
   }
 
  private:
-  void note(WireContent content, std::string data, std::string text = {}) {
+  void record(WireContent content, std::string data, std::string text = {}) {
     if (!connection_) {
       CallPeer peer = call_peer(info_->server_context()->peer());
       connection_ = std::make_shared<const protocols::WireConnection>(protocols::WireConnection{
           protocols::WireKind::kGrpc, "grpc", peer.connection, std::move(peer.address)});
     }
-    protocols::note(trace_, source_,
-                    {.connection = connection_,
-                     .content = content,
-                     .data = std::move(data),
-                     .method = method_,
-                     .text = std::move(text)});
+    protocols::record(trace_, source_,
+                      {.connection = connection_,
+                       .content = content,
+                       .data = std::move(data),
+                       .method = method_,
+                       .text = std::move(text)});
   }
 
   protocols::WireTrace& trace_;

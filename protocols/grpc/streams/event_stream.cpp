@@ -13,7 +13,7 @@ using std::chrono::steady_clock;
 namespace {
 
 constexpr auto kEventBeat = std::chrono::milliseconds(50);
-constexpr std::size_t kEventsAtOnce = 64;  // looked at with the stream locked
+constexpr std::size_t kEventsAtOnce = 64;  // processed with the stream locked
 
 grpc::Status server_stops() { return {grpc::StatusCode::UNAVAILABLE, "the server is stopping"}; }
 
@@ -29,9 +29,9 @@ EventStream::EventStream(grpc::CallbackServerContext& context, EventHub& hub,
       until_(wish_.past_only ? events.after(0, 0).latest
                              : std::numeric_limits<std::uint64_t>::max()) {}
 
-void EventStream::look() { look(std::unique_lock(mutex_)); }
+void EventStream::poll() { poll(std::unique_lock(mutex_)); }
 
-void EventStream::look(std::unique_lock<std::mutex> lock) {
+void EventStream::poll(std::unique_lock<std::mutex> lock) {
   while (!writing_ && !finished_ && !ending_) {
     if (after_ >= until_) return finish(grpc::Status::OK);
     const api::EventSource::Batch batch = events_.after(after_, kEventsAtOnce);
@@ -90,7 +90,7 @@ void EventStream::OnWriteDone(bool ok) {
   std::unique_lock lock(mutex_);
   writing_ = false;
   if (!ok || ending_) return finish(ending_ ? end_status_ : grpc::Status::CANCELLED);
-  look(std::move(lock));
+  poll(std::move(lock));
 }
 
 void EventStream::OnCancel() { end(grpc::Status::CANCELLED); }
@@ -164,7 +164,7 @@ void EventHub::run() {
     const auto streams = streams_;
     lock.unlock();
     for (const auto& stream : streams) {
-      stream->look();
+      stream->poll();
       stream->cancel_if_stuck(steady_clock::now(), write_timeout_);
     }
     lock.lock();

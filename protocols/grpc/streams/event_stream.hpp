@@ -37,7 +37,7 @@ class EventStream final : public grpc::ServerWriteReactor<v1::StreamEventsRespon
   /// Sends the initial metadata. Call it first.
   void begin() { StartSendInitialMetadata(); }
   /// Sends the next event that is wanted, if nothing is in flight. Thread: the hub's.
-  void look();
+  void poll();
   /// Cancels the call if one write has been in flight for longer than that. Thread: the hub's.
   void cancel_if_stuck(std::chrono::steady_clock::time_point now,
                        std::chrono::milliseconds write_timeout);
@@ -53,7 +53,7 @@ class EventStream final : public grpc::ServerWriteReactor<v1::StreamEventsRespon
   std::shared_ptr<EventStream> self;
 
  private:
-  void look(std::unique_lock<std::mutex> lock);
+  void poll(std::unique_lock<std::mutex> lock);
   void finish(const grpc::Status& status);
 
   grpc::CallbackServerContext& context_;

@@ -46,8 +46,8 @@ bool failed(const api::RobotSnapshot& robot) {
 
 }  // namespace
 
-void FaultLog::look(const api::SnapshotPtr& now, const std::string& problem,
-                    std::chrono::system_clock::time_point wall, const Expected& expected) {
+void FaultLog::update(const api::SnapshotPtr& now, const std::string& problem,
+                      std::chrono::system_clock::time_point wall, const Expected& expected) {
   if (now == before_ && problem == problem_) return;
   const api::SnapshotPtr before = std::exchange(before_, now);
   now_ = {now->epoch, std::chrono::duration<double>(now->time).count(), wall};
@@ -84,11 +84,11 @@ void FaultLog::detect_robot(int index, const api::Snapshot& before, const api::S
     add({.severity = FaultSeverity::kStop,
          .source = name,
          .message = why.empty() ? "protective stop" : why,
-         .holds = true});
+         .active = true});
   } else if (failed(robot) && another && !robot.protective_stop &&
              !(expected && expected(index, robot.action.ticket))) {
     clear(name, FaultSeverity::kError);  // a robot has one error at a time, the latest
-    add({.severity = FaultSeverity::kError, .source = name, .message = why, .holds = true});
+    add({.severity = FaultSeverity::kError, .source = name, .message = why, .active = true});
   } else if (failed(old) && !failed(robot) && before.epoch == now.epoch &&
              !(expected && expected(index, old.action.ticket))) {
     add({FaultSeverity::kNote, name, "error cleared"});
@@ -112,7 +112,7 @@ void FaultLog::detect_belt(const api::Snapshot& before, const api::Snapshot& now
     add({.severity = stopped ? FaultSeverity::kStop : FaultSeverity::kNote,
          .source = "belt",
          .message = reason_of(fault),
-         .holds = stopped});
+         .active = stopped});
   }
   if (!now.light_curtain.broken) {
     clear("cell", FaultSeverity::kWarning);
@@ -120,7 +120,7 @@ void FaultLog::detect_belt(const api::Snapshot& before, const api::Snapshot& now
     add({.severity = FaultSeverity::kWarning,
          .source = "cell",
          .message = "light curtain broken",
-         .holds = true});
+         .active = true});
   }
 }
 
@@ -139,7 +139,7 @@ void FaultLog::detect_physics(const api::Snapshot& before, const api::Snapshot& 
     add({.severity = FaultSeverity::kStop,
          .source = "physics",
          .message = now.world_fault,
-         .holds = true});
+         .active = true});
   }
 }
 
@@ -148,7 +148,7 @@ void FaultLog::detect_pace(const api::Snapshot& before, const api::Snapshot& now
   if (now.missed_steps > before.missed_steps + kFewMissedSteps) {
     missed_steps_ += now.missed_steps - before.missed_steps;
     add({FaultSeverity::kNote, "cell",
-         fmt::format("{} steps given up in all: the machine is too slow", missed_steps_)});
+         fmt::format("{} steps dropped in total: the machine is too slow", missed_steps_)});
   }
   // A fault of the world is in the list already.
   const std::string other = now.world_fault.empty() ? problem : "";
@@ -158,15 +158,15 @@ void FaultLog::detect_pace(const api::Snapshot& before, const api::Snapshot& now
     add({.severity = FaultSeverity::kWarning,
          .source = "simulation",
          .message = other,
-         .holds = true});
+         .active = true});
   }
   problem_ = other;
 }
 
 void FaultLog::clear(const std::string& source, FaultSeverity severity) {
   for (Fault& fault : faults_) {
-    if (!fault.holds || fault.source != source || fault.severity != severity) continue;
-    fault.holds = false;
+    if (!fault.active || fault.source != source || fault.severity != severity) continue;
+    fault.active = false;
     ++revision_;
   }
 }
@@ -189,11 +189,11 @@ void FaultLog::add(Seen seen) {
   fault.message = std::move(message);
   fault.count += seen.count;
   fault.last = now_;
-  fault.holds = seen.holds;
+  fault.active = seen.active;
 }
 
 void FaultLog::make_room() {
-  const auto rank = [](const Fault& f) { return std::tuple(f.holds, f.severity, f.last.wall); };
+  const auto rank = [](const Fault& f) { return std::tuple(f.active, f.severity, f.last.wall); };
   const auto least =
       std::min_element(faults_.begin(), faults_.end(),
                        [&](const Fault& a, const Fault& b) { return rank(a) < rank(b); });

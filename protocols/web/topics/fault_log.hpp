@@ -29,11 +29,11 @@ struct Fault {
   std::string message;  ///< of the last occurrence
   std::uint64_t count = 0;
   FaultTime first, last;
-  bool holds = false;  ///< not cleared
+  bool active = false;  ///< not cleared
 };
 
 /// Faults of the cell, one entry a cause, found by comparing successive snapshots. Texts that
-/// differ in numbers only have the same cause. Bounded: among entries that do not hold, the least
+/// differ in numbers only have the same cause. Bounded: among inactive entries, the least
 /// severe and oldest are dropped first. Thread: one at a time.
 class FaultLog {
  public:
@@ -46,8 +46,8 @@ class FaultLog {
 
   /// Compares with the previous snapshot; call it for as many as possible. `problem`:
   /// SnapshotSource::problem().
-  void look(const api::SnapshotPtr& now, const std::string& problem,
-            std::chrono::system_clock::time_point wall, const Expected& expected = {});
+  void update(const api::SnapshotPtr& now, const std::string& problem,
+              std::chrono::system_clock::time_point wall, const Expected& expected = {});
 
   [[nodiscard]] const std::vector<Fault>& faults() const { return faults_; }
   [[nodiscard]] std::uint64_t discarded() const { return discarded_; }
@@ -59,7 +59,7 @@ class FaultLog {
     std::string source, message;
     std::string cause = {};  ///< empty: the message without its numbers
     std::uint64_t count = 1;
-    bool holds = false;
+    bool active = false;
   };
   void add(Seen seen);
   void clear(const std::string& source, FaultSeverity severity);

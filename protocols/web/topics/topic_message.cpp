@@ -69,7 +69,7 @@ void write_message(const FaultLog& log, v1::FaultList& out) {
     entry.set_count(fault.count);
     write_time(fault.first, *entry.mutable_first());
     write_time(fault.last, *entry.mutable_last());
-    entry.set_holds(fault.holds);
+    entry.set_active(fault.active);
   }
   out.set_discarded(log.discarded());
 }
@@ -86,7 +86,7 @@ void write_message(const ProgramStatus& status, v1::ProgramStatus& out) {
   out.set_running(status.running);
   out.set_stopping(status.stopping);
   out.set_failed(status.failed);
-  out.set_ended(status.ended);
+  out.set_end_reason(status.end_reason);
   out.set_time_s(status.time_s);
   out.set_placed(status.placed);
   for (const OrderProgress& order : status.orders) {

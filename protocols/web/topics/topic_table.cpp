@@ -34,9 +34,9 @@ class Counted {
 bool snapshot_due(const Audience& viewer) { return viewer.snapshot_due; }
 
 /// Sent before the cell, where they differ from the viewer's.
-Topic looks(const TopicSources& sources) {
+Topic appearance(const TopicSources& sources) {
   struct State {
-    SceneLooks looks;
+    SceneAppearance appearance;
     Counted<api::CellDescription> cells;
     Topic::Revision cell = 0, revision = 0;
   };
@@ -44,16 +44,18 @@ Topic looks(const TopicSources& sources) {
   const auto revision = [state, &sources] {
     const auto& cell = sources.now->cell;
     const Topic::Revision now = state->cells(cell);
-    if (std::exchange(state->cell, now) != now && state->looks.follow(*cell, sources.visual)) {
+    if (std::exchange(state->cell, now) != now && state->appearance.follow(*cell, sources.visual)) {
       ++state->revision;
     }
     return state->revision;
   };
-  return {.name = "looks",
+  return {.name = "appearance",
           .delivery = Delivery::kMust,
           .wanted = snapshot_due,
           .revision = revision,
-          .write = [state](auto& update) { *update.mutable_looks() = state->looks.message(); }};
+          .write = [state](auto& update) {
+            *update.mutable_appearance() = state->appearance.message();
+          }};
 }
 
 Topic cell(const TopicSources& sources) {
@@ -188,7 +190,7 @@ std::shared_ptr<const ProgramStatus> no_programs() {
 }
 
 std::vector<Topic> all_topics(const TopicSources& sources) {
-  std::vector<Topic> all{looks(sources), cell(sources), snapshot(sources), registers(sources)};
+  std::vector<Topic> all{appearance(sources), cell(sources), snapshot(sources), registers(sources)};
   if (sources.listeners) all.push_back(status(sources));
   all.push_back(faults(sources));
   all.push_back(programs(sources));

@@ -10,7 +10,7 @@
 #include "protocols/record/wire_tap.hpp"
 #include "protocols/web/topics/fault_log.hpp"
 #include "protocols/web/topics/listener_count.hpp"
-#include "protocols/web/topics/scene_looks.hpp"
+#include "protocols/web/topics/scene_appearance.hpp"
 #include "protocols/web/topics/topic.hpp"
 #include "world/api/ports/history.hpp"
 #include "world/api/snapshot/snapshot.hpp"
@@ -31,7 +31,7 @@ struct TopicSources {
   ProgramRunner* programs = nullptr;
   protocols::WireTap* crcl_tap = nullptr;
   protocols::WireTap* modbus_tap = nullptr;
-  SceneLooks::Describe visual;
+  SceneAppearance::Describe visual;
   std::function<std::vector<ListenerCount>()> listeners;
   std::function<void()> on_skipped_snapshot;
 };

@@ -5,7 +5,7 @@
 
 #include "world/api/values/pose.hpp"
 
-/// Shapes of the cell for display only; SI units, fields as in aprsim.v1.CellLooks.
+/// Shapes of the cell for display only; SI units, fields as in aprsim.v1.CellAppearance.
 namespace aprsim::web {
 
 struct FixedBoxVisual {

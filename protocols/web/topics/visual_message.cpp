@@ -5,7 +5,7 @@
 namespace aprsim::web {
 namespace {
 
-void write_looks(const RobotVisual& robot, v1::RobotLooks& out) {
+void write_appearance(const RobotVisual& robot, v1::RobotAppearance& out) {
   const auto flat = [](const Eigen::Vector2d& p) { return Eigen::Vector3d(p.x(), p.y(), 0); };
   out.set_pad_height_m(robot.pad_height_m);
   out.set_pad_width_m(robot.pad_width_m);
@@ -19,14 +19,14 @@ void write_looks(const RobotVisual& robot, v1::RobotLooks& out) {
 
 }  // namespace
 
-void write_message(const VisualDescription& visual, v1::CellLooks& out) {
+void write_message(const VisualDescription& visual, v1::CellAppearance& out) {
   for (const FixedBoxVisual& box : visual.fixed) {
     auto& fixed = *out.add_fixed();
     fixed.set_name(box.name);
     protocols::write_message(box.size, *fixed.mutable_size_m());
     protocols::write_message(box.X_WS, *fixed.mutable_box_in_world());
   }
-  for (const RobotVisual& robot : visual.robots) write_looks(robot, *out.add_robots());
+  for (const RobotVisual& robot : visual.robots) write_appearance(robot, *out.add_robots());
   for (const GearVisual& gear : visual.gears) {
     auto& type = *out.add_gears();
     type.set_type(gear.type);

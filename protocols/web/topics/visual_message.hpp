@@ -6,6 +6,6 @@
 namespace aprsim::web {
 
 /// Copies each field into a message, which must be empty.
-void write_message(const VisualDescription& visual, v1::CellLooks& message);
+void write_message(const VisualDescription& visual, v1::CellAppearance& message);
 
 }  // namespace aprsim::web

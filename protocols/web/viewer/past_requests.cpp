@@ -39,8 +39,8 @@ void PastRequests::write(const Answer& answer, const api::CellDescription& prese
   write_without_names(snapshot, instance_id_, *message.mutable_snapshot());
   if (same_scene(*snapshot.cell, present)) return;
   protocols::write_message(*snapshot.cell, *message.mutable_cell());
-  looks_.follow(*snapshot.cell, options_.visual);
-  *message.mutable_looks() = looks_.message();
+  appearance_.follow(*snapshot.cell, options_.visual);
+  *message.mutable_appearance() = appearance_.message();
 }
 
 }  // namespace aprsim::web

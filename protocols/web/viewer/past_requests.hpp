@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "protocols/web/topics/scene_looks.hpp"
+#include "protocols/web/topics/scene_appearance.hpp"
 #include "protocols/web/viewer/past_query_queue.hpp"
 #include "protocols/web/viewer/viewer.hpp"
 #include "protocols/web/viewer/web_options.hpp"
@@ -33,7 +33,7 @@ class PastRequests {
   const WebServerOptions& options_;
   const std::string& instance_id_;
   PastQueryQueue queries_;
-  SceneLooks looks_;
+  SceneAppearance appearance_;
 };
 
 }  // namespace aprsim::web

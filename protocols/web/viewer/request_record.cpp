@@ -22,7 +22,7 @@ void audit(protocols::AuditLog& log, const Viewer& viewer, const std::string& ki
            const protocols::WireEvent& event, const Result<void>& done) {
   log.write({.wire = "web",
              .peer = viewer.peer(),
-             .who = viewer.caller.text(),
+             .identity = viewer.caller.text(),
              .command = kind,
              .request = event.data,
              .outcome = done ? "ok" : done.error().message,
@@ -55,8 +55,8 @@ void record(const WebServerOptions& options, const api::CellDescription& cell, V
                              .data = json_of(request)};
   if (listener.audit != nullptr) audit(*listener.audit, viewer, kind_of(request), event, done);
   const bool of_the_belt = request.has_conveyor() || request.has_write_register();
-  if (options.modbus_tap && of_the_belt) options.modbus_tap->note(event);
-  if (options.crcl_tap) options.crcl_tap->note(std::move(event));
+  if (options.modbus_tap && of_the_belt) options.modbus_tap->record(event);
+  if (options.crcl_tap) options.crcl_tap->record(std::move(event));
 }
 
 }  // namespace aprsim::web

@@ -138,7 +138,7 @@ void ViewerHub::drop() {
 void ViewerHub::tick(Clock::time_point now) {
   const api::SnapshotPtr snapshot = source_.latest();
   requests_.tick_jogs(*snapshot, now);
-  faults_.look(
+  faults_.update(
       snapshot, source_.problem(), std::chrono::system_clock::now(),
       [this](int robot, api::Ticket ticket) { return requests_.sent_by_jog(robot, ticket); });
   requests_.answer_waiting(*snapshot);

@@ -84,7 +84,7 @@ int run(int argc, char** argv) {
   const Outcome crowd = measure_crcl(kCrowd, duration);
   const Outcome echo = measure_echo(one.polls.bytes, duration);
   Table table(
-      {"clients", "statuses", "p50 [us]", "p99", "p99.9", "max", "RTF", "steps given up [%]"});
+      {"clients", "statuses", "p50 [us]", "p99", "p99.9", "max", "RTF", "dropped steps [%]"});
   row(table, "1", one);
   row(table, "32", crowd);
   row(table, "1, bare echo", echo);

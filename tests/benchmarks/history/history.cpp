@@ -41,7 +41,7 @@ double latency_s(api::History& history, api::Moment moment) {
   history.ask(moment, [&done](const aprsim::Result<api::PastMoment>& past) {
     done.set_value(past.has_value());
   });
-  if (!done.get_future().get()) throw std::runtime_error("a moment could not be worked out");
+  if (!done.get_future().get()) throw std::runtime_error("a moment could not be computed");
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 

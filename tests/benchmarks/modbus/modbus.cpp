@@ -59,7 +59,7 @@ int run(int argc, char** argv) {
   Experiment experiment("modbus", argc, argv);
   const std::chrono::seconds duration(experiment.quick() ? 2 : 20);
   Table table({"clients", "requests/s", "p50 [ms]", "p99", "p99.9", "max", "unanswered",
-               "stallers dropped", "RTF", "steps given up [%]"});
+               "stallers dropped", "RTF", "dropped steps [%]"});
   const Outcome one = measure(1, false, duration);
   const Outcome calm = measure(kClients, false, duration);
   const Outcome stalled = measure(kClients, true, duration);

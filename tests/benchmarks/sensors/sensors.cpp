@@ -85,7 +85,7 @@ int run(int argc, char** argv) {
 
   const sensors::LightCurtain curtain(*cell.scene().light_curtain);
   double sum = 0;
-  const auto look = [&] { sum += curtain.look(cell.occluders().all()).distance_m[0]; };
+  const auto measure = [&] { sum += curtain.measure(cell.occluders().all()).distance_m[0]; };
   record("curtain_clear", "light curtain, clear", cost_us(rounds, look), 10);
   api::Intruder person;
   person.X_WI.p = {0, -1.75, 0.9};
@@ -116,7 +116,7 @@ int run(int argc, char** argv) {
     size.beams = beams;
     const sensors::LightCurtain one(size);
     growing.points.emplace_back(
-        beams, cost_us(rounds, [&] { sum += one.look(cell.occluders().all()).distance_m[0]; }));
+        beams, cost_us(rounds, [&] { sum += one.measure(cell.occluders().all()).distance_m[0]; }));
   }
   experiment.plot("curtain", {.title = "One look through a light curtain",
                               .x = {.label = "beams"},

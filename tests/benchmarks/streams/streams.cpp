@@ -200,7 +200,7 @@ int run(int argc, char** argv) {
       {"8, everything", 8, {}, false},   {"8, joints, and one that never reads", 8, joints, true}};
   Table table({"clients", "missing steps", "streams ended", "samples/s each",
                "inter-arrival p50 [us]", "p99", "p99.9", "max", "kB/s together", "RTF",
-               "steps given up [%]", "daemon grows [MB]", "the unread stream"});
+               "dropped steps [%]", "daemon grows [MB]", "the unread stream"});
   Plot plot{.title = "Every step at 1 kHz: time between two samples",
             .x = {.label = "fraction of samples that take longer", .log = true},
             .y = {.label = "us", .log = true},

@@ -604,13 +604,13 @@ class Audit(WithAuthority):
         def found(**wanted):
             return [line for line in all_lines if all(line.get(k) == v for k, v in wanted.items())]
 
-        step = found(wire="grpc", command="aprsim.v1.ControlService/Step", who="token operate", outcome="ok")
+        step = found(wire="grpc", command="aprsim.v1.ControlService/Step", identity="token operate", outcome="ok")
         self.assertIn('"steps":"3"', step[0]["request"])
         self.assertTrue(step[0]["peer"].startswith(f"{HOST}:"))
-        reset = found(command="aprsim.v1.ControlService/Reset", who="token operate")
+        reset = found(command="aprsim.v1.ControlService/Reset", identity="token operate")
         self.assertEqual(len(reset), 1)
         self.assertIn("needs the role admin", reset[0]["outcome"])
-        self.assertEqual(len(found(wire="web", command="conveyor", who="token inject", outcome="ok")), 1)
+        self.assertEqual(len(found(wire="web", command="conveyor", identity="token inject", outcome="ok")), 1)
         self.assertTrue(found(wire="crcl.fanuc", command="InitCanonType"))
         self.assertEqual(found(wire="modbus")[0]["request"], "000100000006010680020005")
         for word in ("GetSnapshot", "GetStatusType", "authenticate"):

@@ -68,7 +68,7 @@ std::string report_in(const std::string& directory) {
 std::map<std::uint64_t, std::string> hashes_in(const std::string& directory) {
   std::map<std::uint64_t, std::string> out;
   const Json report = json_file(fs::path(directory) / "report.json");
-  for (const Json& run : report["each"]) out[run["seed"]] = run["state_hash"];
+  for (const Json& run : report["episodes"]) out[run["seed"]] = run["state_hash"];
   return out;
 }
 
@@ -148,7 +148,7 @@ TEST(Batch, ShardsWithKilledProgramsGiveTheWholeBatch) {
     EXPECT_EQ(batch.wait_for_exit(TerminalProcess::Seconds(200)), 0) << batch.output();
     EXPECT_NE(batch.output().find(" a second"), std::string::npos) << "the bar";
     attempts = json_file(out(part) + "/attempts.json");
-    EXPECT_GE(attempts["tried_again"], 1);
+    EXPECT_GE(attempts["repeated_attempts"], 1);
     EXPECT_FALSE(attempts["last_causes"].empty());
   }
   const auto merged = aprsim_alone(
@@ -224,7 +224,7 @@ TEST(Batch, KilledControllerResumesAndFinishes) {
   EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
   const Json batch = json_file(report + "/report.json");
   EXPECT_EQ(batch["as_expected"], 2);
-  for (const Json& run : batch["each"]) {
+  for (const Json& run : batch["episodes"]) {
     EXPECT_EQ(run["values"]["controller_kills"], 1);
     EXPECT_EQ(run["values"]["kits_right"], 4);
     EXPECT_EQ(run["values"]["parts_lost"], 0);
@@ -239,8 +239,8 @@ TEST(Batch, CustomControllerIsStartedForEachRun) {
   const auto result = aprsim_alone({"batch", "cannot_be_done", "--seeds", "1..3", "--jobs", "1",
                                     "--controller", "true", "--journals", "0", "--out", out});
   EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
-  for (const Json& run : json_file(out + "/report.json")["each"]) {
-    EXPECT_EQ(run["ended"], "the controller ended with 0");
+  for (const Json& run : json_file(out + "/report.json")["episodes"]) {
+    EXPECT_EQ(run["end_reason"], "the controller ended with 0");
   }
   const auto broken =
       aprsim_alone({"batch", "cannot_be_done", "--seeds", "1..2", "--jobs", "2", "--controller",
@@ -248,7 +248,7 @@ TEST(Batch, CustomControllerIsStartedForEachRun) {
   EXPECT_EQ(broken.exit_code, 1) << broken.out;
   EXPECT_NE(broken.err.find("2 seeds could not be run"), std::string::npos) << broken.err;
   EXPECT_NE(broken.err.find("died of signal 9"), std::string::npos) << broken.err;
-  EXPECT_EQ(json_file(out + "_broken/attempts.json")["tried_again"], 2);
+  EXPECT_EQ(json_file(out + "_broken/attempts.json")["repeated_attempts"], 2);
   EXPECT_EQ(json_file(out + "_broken/report.json")["missing"], Json({1, 2}));
 }
 
@@ -293,10 +293,10 @@ expect: {kits_submitted: 1, crcl_requests: 77}
   const std::string out = directory.path() + "/batch";
   const auto result =
       aprsim_alone({"batch", scenario, "--seeds", "1..1", "--jobs", "1", "--controller",
-                    "python3 " + program, "--again", "--journals", "0", "--out", out});
+                    "python3 " + program, "--reuse-controller", "--journals", "0", "--out", out});
   EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
-  for (const Json& run : json_file(out + "/report.json")["each"]) {
-    EXPECT_EQ(run["ended"], "all orders were submitted");
+  for (const Json& run : json_file(out + "/report.json")["episodes"]) {
+    EXPECT_EQ(run["end_reason"], "all orders were submitted");
   }
 }
 

@@ -113,7 +113,7 @@ TEST(Output, AnInterruptedRunLeavesTheCellAsItWas) {
     running.type("\x03");
     EXPECT_EQ(running.wait_for_exit(), -SIGINT) << running.output();
     const std::string state =
-        paused ? "the cell is paused, as before, at" : "the cell goes on, as before";
+        paused ? "the cell is paused, as before, at" : "the cell continues as before";
     EXPECT_NE(running.output().find(state), std::string::npos) << running.output();
     EXPECT_EQ(client.snapshot().paused(), paused);
   }

@@ -94,6 +94,45 @@ Document read_document(const std::string& name) {
   return out;
 }
 
+/// Indented lines that begin with a program and without "$ ": they do not run as they stand.
+std::vector<std::string> other_commands(const std::string& name) {
+  static const std::regex kProgram(
+      R"(^    ((?:server|tests|docs|clients|docker|build)/\S.*|(?:aprsimd?|sbatch|scontrol|kubectl|)"
+      R"(python3|pip|tcpdump|curl|openssl|docker|apptainer|systemctl|mbpoll) .*)$)");
+  std::ifstream in(std::string(APRSIM_SOURCE_DIR) + "/" + name);
+  std::vector<std::string> out;
+  bool fenced = false;
+  std::smatch found;
+  for (std::string line; std::getline(in, line);) {
+    if (line.starts_with("```")) fenced = !fenced;
+    if (!fenced && std::regex_match(line, found, kProgram)) out.push_back(found[1]);
+  }
+  return out;
+}
+
+/// A command that does not run as it stands, by its beginning, and a test that runs it.
+struct TestedElsewhere {
+  const char* command;
+  const char* file;  ///< of the test; null = none can run it
+  const char* text;  ///< of that file
+};
+
+constexpr TestedElsewhere kTestedElsewhere[] = {
+    {"server/run", "tests/fresh", "enter server/run"},
+    {"tests/run", "tests/fresh", "enter tests/run"},
+    {"aprsimd --scene workbench.yaml", "tests/integration/cli/readme_test.cpp", "kDaemon"},
+    {"clients/kitting/kitting", "tests/integration/kitting/test_cell.py", "whole jobs"},
+    {"python3 -m venv", "tests/integration/python/test_install.py", "python3 -m venv"},
+    {"build/venv/bin/pip", "tests/integration/python/test_install.py", "build/venv/bin/pip"},
+    {"sbatch", "tests/cluster/test_slurm.py", "docker/slurm/batch.sbatch"},
+    {"aprsim merge", "tests/integration/cli/batch_test.cpp", "\"merge\""},
+    {"kubectl apply", "tests/cluster/kubernetes.test.mjs", "kubectl"},
+    {"kubectl -n aprsim", nullptr, "needs a cluster"},
+    {"aprsim trace diff", "tests/integration/cli/exit_codes_test.cpp", "\"trace diff\""},
+    {"aprsim trace import", "tests/integration/cli/exit_codes_test.cpp", "\"trace import\""},
+    {"tcpdump", nullptr, "needs the laboratory's network"},
+};
+
 /// Whether it shows something until it is interrupted.
 bool goes_on(const std::string& command) {
   return std::regex_search(command, std::regex(R"(aprsim (watch|events)|--watch)")) &&
@@ -185,6 +224,23 @@ TEST_P(Documents, ShowCommandsThatRunAsTheyStand) {
 
 INSTANTIATE_TEST_SUITE_P(, Documents, testing::ValuesIn(documents()),
                          [](const auto& test) { return name_of(test.param); });
+
+TEST(Readme, NamesATestForEachCommandThatDoesNotRunAsItStands) {
+  std::vector<bool> used(std::size(kTestedElsewhere));
+  for (const auto& document : documents()) {
+    for (const auto& command : other_commands(document)) {
+      const auto* const known = std::ranges::find_if(
+          kTestedElsewhere, [&](const auto& one) { return command.starts_with(one.command); });
+      ASSERT_NE(known, std::end(kTestedElsewhere)) << document << ": " << command;
+      used[static_cast<std::size_t>(known - kTestedElsewhere)] = true;
+      if (known->file == nullptr) continue;
+      std::ifstream in(std::string(APRSIM_SOURCE_DIR) + "/" + known->file);
+      const std::string text{std::istreambuf_iterator<char>(in), {}};
+      EXPECT_NE(text.find(known->text), std::string::npos) << known->file << ": " << known->text;
+    }
+  }
+  EXPECT_EQ(std::ranges::find(used, false) - used.begin(), std::ssize(used)) << "an unused entry";
+}
 
 TEST(Readme, ShowsCommands) {
   EXPECT_GE(read_document("README.md").commands.size(), 8U);

@@ -66,7 +66,7 @@ TEST(ScenarioRun, InTheRunningCell) {
     const Json object = Json::parse(line);
     if (object.contains("progress")) progress = object["progress"];
     if (object.contains("report")) report = object["report"];
-    begins = begins || object.value("what", "") == "fault begins: protective-stop fanuc";
+    begins = begins || object.value("event", "") == "fault begins: protective-stop fanuc";
   }
   EXPECT_TRUE(begins) << result.out;
   ASSERT_TRUE(progress.is_object()) << result.out;
@@ -138,7 +138,7 @@ TEST(ScenarioRun, OneWhenTheOutcomeIsAnother) {
   EXPECT_NE(result.err.find("not as expected: kits_right 0, expected 1; "), std::string::npos)
       << result.err;
   const Json json = Json::parse(result.out);
-  EXPECT_EQ(json["ended"], "the controller ended with 3");
+  EXPECT_EQ(json["end_reason"], "the controller ended with 3");
   EXPECT_EQ(json["controller"], "exit 3");
   EXPECT_EQ(json["measures"]["kits_submitted"], 0);
 }
@@ -156,7 +156,7 @@ TEST(ScenarioRun, AcceptsReportsOfAnyController) {
   EXPECT_EQ(order["announce"], "kit");
   EXPECT_EQ(order["slots"]["lg_1"], "sku_part_large_gear");
   const Json json = Json::parse(result.out);
-  EXPECT_EQ(json["ended"], "all orders were submitted");
+  EXPECT_EQ(json["end_reason"], "all orders were submitted");
   EXPECT_EQ(json["measures"]["kits_submitted"], 1);
   EXPECT_EQ(json["measures"]["kits_right"], 0) << "nothing is in it";
   EXPECT_EQ(json["measures"]["crcl_requests"], 7);

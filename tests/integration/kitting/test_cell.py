@@ -76,7 +76,7 @@ class ForeverTest(KittingTest):
         self.start()
         controller = self.controller("--forever", "--json")
         for done in ("full", "empty", "full"):
-            controller.read_until(f"the kits are as {done} as they get")
+            controller.read_until(f"the kits are as {done} as possible")
         controller.process.send_signal(signal.SIGTERM)
         report = self.assert_done(controller, code=130)
         self.assertEqual(report["rounds"], 3)

@@ -64,7 +64,7 @@ class FaultTest(unittest.TestCase):
                     self.assertIn(event, told, text)
                 code, text, told = self.run_job(kind, blind=True)
                 self.assertEqual(code, ANOTHER_OUTCOME, text)
-                self.assertTrue({"take", "give_up", "look_again"} & set(told), f"it works: {told}")
+                self.assertTrue({"take", "give_up", "detect_again"} & set(told), f"it works: {told}")
 
     def test_arm(self):
         self.check("robot-", "joint-", "encoder-", "drive-", "protective-", "cell-", "curtain-")

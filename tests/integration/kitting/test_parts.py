@@ -129,27 +129,27 @@ class VisionTest(unittest.TestCase):
         ]
 
     def test_an_object_coasts_over_frames_that_miss_it(self):
-        look = vision.merge_frames(self.frames([10], [], [10.2], [], [10.1], []))
-        self.assertEqual([(s.seen, round(s.pose.x, 3)) for s in look.sightings], [(3, 10.1)])
+        found = vision.merge_frames(self.frames([10], [], [10.2], [], [10.1], []))
+        self.assertEqual([(s.seen, round(s.pose.x, 3)) for s in found.sightings], [(3, 10.1)])
 
     def test_a_ghost_of_one_frame_is_left_out(self):
-        look = vision.merge_frames(self.frames([10], [10, 500], [10], [10], [10], [10]))
-        self.assertEqual(len(look.sightings), 1)
+        found = vision.merge_frames(self.frames([10], [10, 500], [10], [10], [10], [10]))
+        self.assertEqual(len(found.sightings), 1)
 
     def test_moving_parts_are_reported_and_left_out(self):
-        look = vision.merge_frames(self.frames([10, 200], [12, 200], [14, 200], [16, 200]))
-        self.assertEqual(([s.pose.x for s in look.sightings], look.moving), ([200], 1))
+        found = vision.merge_frames(self.frames([10, 200], [12, 200], [14, 200], [16, 200]))
+        self.assertEqual(([s.pose.x for s in found.sightings], found.moving), ([200], 1))
 
     def test_neighbours_are_not_mixed_up(self):
-        look = vision.merge_frames(self.frames([0, 25], [25, 0], [0, 25]))
-        self.assertEqual(sorted(s.pose.x for s in look.sightings), [0, 25])
+        found = vision.merge_frames(self.frames([0, 25], [25, 0], [0, 25]))
+        self.assertEqual(sorted(s.pose.x for s in found.sightings), [0, 25])
 
     def test_a_yaw_that_flips_is_that_of_most_frames(self):
         lines = ["sku_kit_m2l1_vessel,1.57,413.6,-106.1,0.6,KT,"] * 2 + [
             "sku_kit_m2l1_vessel,-1.57,415.0,-107.8,0.6,KT,"
         ] * 4
-        look = vision.merge_frames([vision.parse_line(line) for line in lines])
-        (kit,) = look.sightings
+        found = vision.merge_frames([vision.parse_line(line) for line in lines])
+        (kit,) = found.sightings
         self.assertEqual(
             (round(kit.pose.yaw, 3), round(kit.pose.x, 1), kit.flips), (-1.57, 415.0, 2)
         )
@@ -208,11 +208,11 @@ class AssociationTest(unittest.TestCase):
 
     def test_trays_keep_their_numbers_from_look_to_look(self):
         # Equally far: who is first is up to the camera's noise.
-        def look(x, *more):
+        def detect(x, *more):
             places = [(x, 100), (300, -100), *more]
             return self.scene(*(sighting("sku_kit_m2l1_vessel", *xy) for xy in places))
 
-        first, second = look(299.9), look(300.1, (-200, 50))
+        first, second = detect(299.9), detect(300.1, (-200, 50))
         second.number_as(first)
         numbers = [{t.pose.y: t.number for t in scene.trays} for scene in (first, second)]
         self.assertEqual(numbers[1], {**numbers[0], 50: 3})
@@ -397,11 +397,11 @@ class OrderLinesTest(unittest.TestCase):
         order_lines.OrderLines(source, CELL, self.board, self.report).run()
 
     def test_an_order_is_looked_for_and_taken_on(self):
-        self.assertFalse(self.board.needs_look("fanuc"))
+        self.assertFalse(self.board.needs_detection("fanuc"))
         self.assertIsNone(self.board.claim("fanuc"))
         slots = '{"lg_1": "sku_part_large_gear"}'
         self.read(f'{{"announce": "a", "tray": "{self.TABLE}", "priority": 2, "slots": {slots}}}')
-        self.assertTrue(self.board.needs_look("fanuc"))
+        self.assertTrue(self.board.needs_detection("fanuc"))
         self.board.see("fanuc", self.scene)
         kit = self.board.claim("fanuc")
         self.assertEqual((kit.order, kit.priority), ("a", 2))

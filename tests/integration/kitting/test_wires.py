@@ -49,7 +49,7 @@ class CrclTest(unittest.TestCase):
 
     def test_a_move_that_somebody_else_ends_is_an_error(self):
         robot, _ = self.robot({"MoveTo": ["other"]})
-        with self.assertRaisesRegex(crcl_robot.RobotError, "someone else commands"):
+        with self.assertRaisesRegex(crcl_robot.RobotError, "another client commands"):
             robot.move((300, 0, 100), 0, straight=True)
 
     def test_a_stop_by_another_client_with_an_older_id_is_an_error(self):
@@ -62,7 +62,7 @@ class CrclTest(unittest.TestCase):
             server.command, server.state = server.command - 1, "CRCL_Done"
 
         threading.Thread(target=stop, daemon=True).start()
-        with self.assertRaisesRegex(crcl_robot.RobotError, "someone else commands"):
+        with self.assertRaisesRegex(crcl_robot.RobotError, "another client commands"):
             robot.move((300, 0, 100), 0, straight=True)
 
     def test_a_command_without_end_is_given_up(self):
@@ -209,17 +209,17 @@ class CameraTest(unittest.TestCase):
 
     def test_looks_in_the_cells_frame(self):
         camera, _ = self.camera(self.lines((10.0, 5.0), (10.1, 5.1)), frame=Pose2(100, -1000, -1.5707963267948966))
-        (gear,) = camera.look(10 * running_cell.PATIENCE).sightings
+        (gear,) = camera.detect(10 * running_cell.PATIENCE).sightings
         self.assertAlmostEqual(gear.pose.x, 105.05, delta=0.06)
         self.assertAlmostEqual(gear.pose.y, -1010.05, delta=0.06)
 
     def test_waits_for_what_moves(self):
         camera, server = self.camera(self.lines(*((10.0 + 3 * i, 0) for i in range(50))))
-        with self.assertRaisesRegex(vision.LookError, "everything moves"):
-            camera.look(0.3)
+        with self.assertRaisesRegex(vision.DetectionError, "everything moves"):
+            camera.detect(0.3)
         server.lines = self.lines((7, 0), (7.01, 0))
         self.assertAlmostEqual(
-            camera.look(10 * running_cell.PATIENCE).sightings[0].pose.x, 7, delta=0.1
+            camera.detect(10 * running_cell.PATIENCE).sightings[0].pose.x, 7, delta=0.1
         )
 
     def test_a_frame_sent_again_is_no_second_look(self):
@@ -235,8 +235,8 @@ class CameraTest(unittest.TestCase):
         camera = vision.Camera("127.0.0.1", port)
         camera.start()
         self.addCleanup(camera.close)
-        with self.assertRaisesRegex(vision.LookError, f"no feed at 127.0.0.1:{port}|no frame yet"):
-            camera.look(0.1)
+        with self.assertRaisesRegex(vision.DetectionError, f"no feed at 127.0.0.1:{port}|no frame yet"):
+            camera.detect(0.1)
 
 
 class ConveyorTest(unittest.TestCase):

@@ -25,7 +25,7 @@ class AsyncTest(WithCell):
             first = (await cell.step(50)).state_hash
             await cell.load("async")
             self.assertEqual((await cell.step(50)).state_hash, first)
-            await cell.forget("async")
+            await cell.delete_state("async")
             with self.assertRaises(Refused):
                 await cell.load("async")
             fault = await cell.inject_fault("belt-jam", duration_s=0.01)

@@ -87,7 +87,7 @@ class CellTest(WithCell):
         states = {state.name: state for state in self.cell.saved_states()}
         self.assertEqual(states["here"].step, 300)
         self.assertGreater(states["here"].bytes, 1000)
-        self.cell.forget("here")
+        self.cell.delete_state("here")
         with self.assertRaises(Refused) as caught:
             self.cell.load("here")
         self.assertEqual(caught.exception.code, "NOT_FOUND")

@@ -28,7 +28,7 @@ APRSIM_FIELDS(MoveJoints, FIELD(targets))
 
 // The other commands to one robot.
 APRSIM_FIELDS(InitRobot)
-APRSIM_FIELDS(EndRobot)
+APRSIM_FIELDS(EndProgram)
 APRSIM_FIELDS(StopMotion, FIELD(kind))
 APRSIM_FIELDS(SetGripper, ALONE(setting))
 APRSIM_FIELDS(SetToolChanger, ALONE(open))
@@ -38,7 +38,7 @@ APRSIM_FIELDS(Dwell, ALONE(duration))
 APRSIM_FIELDS(SetMotionLimit, FIELD(which), FIELD_IN(setting, relative, relative),
               FIELD_IN(setting, value, value))
 APRSIM_ALTERNATIVES(RobotAction, "action of a robot", ALTERNATIVE(InitRobot, init),
-                    ALTERNATIVE(EndRobot, end), ALTERNATIVE(StopMotion, stop),
+                    ALTERNATIVE(EndProgram, end), ALTERNATIVE(StopMotion, stop),
                     ALTERNATIVE(MoveTo, move_to), ALTERNATIVE(MoveThroughTo, move_through),
                     ALTERNATIVE(MoveScrew, screw), ALTERNATIVE(MoveJoints, move_joints),
                     ALTERNATIVE(SetGripper, gripper), ALTERNATIVE(SetGripperForce, gripper_force_n),

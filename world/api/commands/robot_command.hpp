@@ -14,7 +14,7 @@ namespace aprsim::api {
 /// Aborts any motion without leaving the present position, clears a held error, makes ready.
 struct InitRobot {};
 /// Ends a program: stops motion; the robot holds its position and stays initialized.
-struct EndRobot {};
+struct EndProgram {};
 
 enum class StopKind {
   kImmediate,  ///< as fast as the joints can, the path may be left; then drives off, brakes on
@@ -65,7 +65,7 @@ struct SetMotionLimit {
 };
 
 using RobotAction =
-    std::variant<InitRobot, EndRobot, StopMotion, MoveTo, MoveThroughTo, MoveScrew, MoveJoints,
+    std::variant<InitRobot, EndProgram, StopMotion, MoveTo, MoveThroughTo, MoveScrew, MoveJoints,
                  SetGripper, SetGripperForce, SetToolChanger, SetOverride, Dwell, SetMotionLimit>;
 
 /// Which of RobotAction's commands, in its order.

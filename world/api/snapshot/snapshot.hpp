@@ -192,7 +192,7 @@ struct Snapshot {
   std::optional<double> speed_target;  ///< nullopt = as fast as possible
   VirtualTimeStatePtr virtual_time;    ///< null = the wall clock alone passes time
   double real_time_factor = 0;         ///< measured over the last second
-  std::uint64_t missed_steps = 0;      ///< steps given up because the clock ran ahead
+  std::uint64_t missed_steps = 0;      ///< steps dropped because the clock ran ahead
   double step_time_s = 0;              ///< mean wall time of a step over the last second
   std::uint64_t plan_waits = 0;        ///< motion plans that a step waited for, since reset
   std::shared_ptr<const SavedStates> saved_states;  ///< null = none

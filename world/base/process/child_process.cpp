@@ -43,14 +43,14 @@ void close_fd(int& fd) {
   fd = -1;
 }
 
-/// Nothing of ours but standard input, output and error goes to a program.
+/// Marks all files but standard input, output and error as close-on-exec.
 void close_files_at_exec() {
   if (close_range(3, ~0U, CLOSE_RANGE_CLOEXEC) == 0) return;
   constexpr int kMost = 65536;
   for (int fd = 3; fd < kMost; ++fd) fcntl(fd, F_SETFD, FD_CLOEXEC);
 }
 
-/// Signals as a program expects them, whatever we block and ignore.
+/// Restores the default signal mask and dispositions for the program.
 void restore_signals() {
   sigset_t none;
   sigemptyset(&none);
@@ -79,7 +79,7 @@ Result<ChildProcess> ChildProcess::start(
   const pid_t parent = getpid();
   const pid_t pid = ready ? fork() : -1;
   if (pid == 0) {
-    // From here to exec only what is safe in a copy of a process with threads.
+    // Only async-signal-safe calls are allowed between fork and exec.
     setpgid(0, 0);
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != parent) _exit(127);
@@ -156,8 +156,8 @@ std::vector<std::string> ChildProcess::lines(std::size_t most) {
 void ChildProcess::write_line(const std::string& line) {
   if (input_ < 0) return;
   const std::string text = line + '\n';
-  // A socket, not a pipe: one that nobody reads any more raises no signal. It takes far more than a
-  // line at once.
+  // A socket, not a pipe: writing after the reader closed it raises no SIGPIPE (MSG_NOSIGNAL). Its
+  // buffer holds far more than a line.
   if (send(input_, text.data(), text.size(), MSG_NOSIGNAL) < 0 && errno == EPIPE) close_fd(input_);
 }
 

@@ -12,9 +12,9 @@
 namespace aprsim::physics {
 
 /// Four numbers side by side, as vector registers hold them. Operations act on all four lanes, with
-/// the same bits on all processors. (Vectors of GCC and Clang: they take operators; comparisons
-/// make masks, by which ?: selects. Aligned for code that is compiled for wider registers; as an
-/// argument of a template the type would lose that.)
+/// the same bits on all processors. (GCC and Clang vector extension: operators act by
+/// lane, comparisons make masks, and ?: selects by a mask. As a template argument the type would
+/// lose its alignment.)
 using Vec4d [[gnu::vector_size(32), gnu::aligned(32)]] = double;
 using Mask4 = decltype(Vec4d{} < Vec4d{});
 inline constexpr int kLanes = 4;

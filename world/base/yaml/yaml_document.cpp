@@ -11,7 +11,7 @@ using detail::Value;
 
 namespace {
 
-/// The value at the next key of a path, made when there is none.
+/// The value at the next key of a path; creates it if absent.
 Value& child(Value& parent, const std::string& key, const detail::Mark& mark) {
   if (detail::Entry* entry = parent.find(key)) return entry->value;
   parent.entries.push_back({key, mark, Value{.mark = mark}});
@@ -70,7 +70,7 @@ Result<void> Document::set(std::string_view path, const std::string& text,
                            const std::string& source) {
   auto parsed = detail::parse(text, source);
   if (!parsed) return tl::unexpected(std::move(parsed.error()));
-  // An IPv6 address such as "::" or "fe80::" ends as a key without a value does.
+  // An IPv6 address such as "::" ends like a key without a value.
   if (text.ends_with(':') && parsed->kind == Value::Kind::kMap && parsed->entries.size() == 1 &&
       parsed->entries.front().value.kind == Value::Kind::kNull) {
     parsed->kind = Value::Kind::kScalar;

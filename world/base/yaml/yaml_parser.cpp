@@ -11,7 +11,7 @@
 namespace aprsim::yaml::detail {
 namespace {
 
-/// Far above what a cell needs, far below what takes noticeable time to read.
+/// Far above the needs of a cell, and still read in negligible time.
 constexpr std::size_t kMaxDepth = 32, kMaxKeys = 1000, kMaxValues = 200'000;
 
 /// Leaves the parser from inside an event; never leaves this file.

@@ -91,7 +91,7 @@ class Node {
   /// Records "found ..., expected ..." at this value, unless the document has an error already.
   void error(const std::string& found, const std::string& expected,
              ErrorCode code = ErrorCode::kInvalidArgument) const;
-  /// `error` whose found part describes the value itself.
+  /// error() whose "found" part is the value itself.
   void unexpected(const std::string& expected, ErrorCode code = ErrorCode::kInvalidArgument) const;
 
  private:
@@ -134,7 +134,7 @@ class Document {
  public:
   /// Errors: no such file, unreadable, larger than 1 MiB, not YAML.
   [[nodiscard]] static Result<Document> from_file(const std::string& path);
-  /// `source` stands where the file's name would in messages.
+  /// `source` takes the place of the file name in messages.
   [[nodiscard]] static Result<Document> from_text(const std::string& text,
                                                   const std::string& source);
   ~Document();
@@ -142,8 +142,8 @@ class Document {
   Document& operator=(Document&&) noexcept;
 
   [[nodiscard]] Node root() const;
-  /// Puts a value, written as YAML, at a path of keys joined by dots ("modbus.port"), making the
-  /// maps on the way; `source` names where it came from ("--set").
+  /// Sets the value at a path of keys joined by dots ("modbus.port") from YAML text, creating maps
+  /// on the way. `source` names the origin in messages ("--set").
   [[nodiscard]] Result<void> set(std::string_view path, const std::string& text,
                                  const std::string& source);
   [[nodiscard]] const std::optional<Error>& error() const;

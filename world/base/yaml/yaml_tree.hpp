@@ -8,11 +8,11 @@
 
 #include "world/base/result.hpp"
 
-/// The parsed form behind yaml_reader.hpp, and of files that are to be changed and written again.
+/// The parsed form behind yaml_reader.hpp, also for files that are edited and written again.
 namespace aprsim::yaml::detail {
 
 struct Mark {
-  std::shared_ptr<const std::string> source;  ///< file name or what else the text came from
+  std::shared_ptr<const std::string> source;  ///< file name or other origin of the text
   int line = 1, column = 1;                   ///< counted from 1
   [[nodiscard]] std::string text() const;     ///< SOURCE:LINE:COLUMN
 };
@@ -48,11 +48,11 @@ struct Context {
 /// are not scalars or occur twice, more than 1000 keys in a map, 32 levels or 200 000 values.
 [[nodiscard]] Result<Value> parse(const std::string& text, const std::string& source);
 
-/// The tree as YAML that reads as the same tree; places and comments are lost.
+/// Writes the tree as YAML that reads as the same tree; places and comments are lost.
 [[nodiscard]] std::string write(const Value& root);
-/// A number as a scalar from which the same number is read.
+/// A number as a scalar that reads as the same number.
 [[nodiscard]] Value scalar(double number);
-/// A list of such.
+/// A list of such scalars.
 [[nodiscard]] Value list(std::initializer_list<double> numbers);
 
 }  // namespace aprsim::yaml::detail

@@ -7,7 +7,7 @@
 namespace aprsim::yaml::detail {
 namespace {
 
-/// A scalar as it must be written to be read as the same.
+/// Writes a scalar so that it reads as the same.
 std::string scalar_text(const std::string& text, bool quoted) {
   const bool plain = !quoted && !text.empty() && text.front() != ' ' && text.back() != ' ' &&
                      text.find_first_of(",[]{}#:&*!|>'\"%@`\\\n\t") == std::string::npos &&
@@ -25,7 +25,7 @@ bool is_leaf(const Value& value) {
   return value.kind == Value::Kind::kScalar || value.kind == Value::Kind::kNull;
 }
 
-/// In one line where nothing is deeper than lists of scalars.
+/// Whether the value fits in one line: it holds at most lists of scalars.
 bool is_short(const Value& value) {
   return is_leaf(value) ||
          (value.kind == Value::Kind::kList && std::ranges::all_of(value.items, is_leaf)) ||

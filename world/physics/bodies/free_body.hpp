@@ -41,8 +41,8 @@ struct FreeBody {
   Aabb bounds;  ///< of the body over the next kLookaheadSteps
   /// Step in which it fell out of the cell; it is then ignored by everything.
   std::optional<std::uint64_t> lost_step;
-  bool mounted = false;  ///< a tool on a robot's flange: GripperMechanism stands for it
-  bool jammed = false;   ///< the belt does not carry it
+  bool mounted = false;              ///< a tool on a robot's flange: GripperMechanism stands for it
+  bool decoupled_from_belt = false;  ///< the belt does not carry it
 
   [[nodiscard]] bool is_tool() const { return tool.has_value(); }
   /// Pose of a tool's block.

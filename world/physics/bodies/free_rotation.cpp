@@ -1,5 +1,6 @@
 #include "world/physics/bodies/free_rotation.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -11,6 +12,8 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
 constexpr double kMaxAngle = 0.05;  // [rad] of a substep: the fixed-point iteration contracts fast
+constexpr double kLeastAngle = 1e-8;  // [rad] of a step
+constexpr double kMaxSubsteps = 200;  // faster bodies have diverged
 constexpr int kMaxIterations = 40;
 
 /// Cayley transform: the rotation by 2 atan(|r|) about r, as a unit quaternion.
@@ -55,10 +58,12 @@ Vector3d mean_free_omega(const Matrix3d& inertia_B, const Quaterniond& q_WB,
                          const Vector3d& omega_W, double step_s) {
   const Vector3d omega_B = q_WB.conjugate() * omega_W;
   Vector3d momentum_B = inertia_B * omega_B;
-  // A rotation about a principal axis stays as it is.
-  if (omega_B.cross(momentum_B).isZero(0)) return omega_W;
+  // A rotation about a principal axis stays as it is, and in a step that hardly turns the body, the
+  // change is below the rounding of what follows.
+  const double angle = omega_W.norm() * step_s;
+  if (angle < kLeastAngle || omega_B.cross(momentum_B).isZero(0)) return omega_W;
   const Matrix3d inverse_B = inertia_B.inverse();
-  const int substeps = 1 + static_cast<int>(omega_W.norm() * step_s / kMaxAngle);
+  const int substeps = 1 + static_cast<int>(std::min(angle / kMaxAngle, kMaxSubsteps));
   // Weights of the triple jump: 1 / (2 - 2^(1/3)) twice, and the negative one between.
   static const double outer = 1 / (2 - std::cbrt(2.0));
   const std::array<double, 3> shares = {outer, 1 - 2 * outer, outer};

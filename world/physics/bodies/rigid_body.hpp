@@ -10,12 +10,14 @@ struct BodyMotion {
   Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();
   Eigen::Vector3d v_W = Eigen::Vector3d::Zero();      ///< of the centre of mass [m/s]
   Eigen::Vector3d omega_W = Eigen::Vector3d::Zero();  ///< [rad/s]
+  /// Change of omega by the impulses of the last step, 0 if it was set.
+  Eigen::Vector3d omega_gain_W = Eigen::Vector3d::Zero();
 
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
-    auto& [p_W, q_WB, v_W, omega_W] = self;
-    io(p_W, q_WB, v_W, omega_W);
+    auto& [p_W, q_WB, v_W, omega_W, omega_gain_W] = self;
+    io(p_W, q_WB, v_W, omega_W, omega_gain_W);
   }
 };
 
@@ -41,7 +43,10 @@ class RigidBody {
   void set_velocity(const Eigen::Vector3d& v_W, const Eigen::Vector3d& omega_W) {
     motion_.v_W = v_W;
     motion_.omega_W = omega_W;
+    motion_.omega_gain_W.setZero();
   }
+  [[nodiscard]] const Eigen::Vector3d& omega_gain_W() const { return motion_.omega_gain_W; }
+  void set_omega_gain(const Eigen::Vector3d& gain_W) { motion_.omega_gain_W = gain_W; }
   /// Sets a motion() of this or another body, bit for bit.
   void restore(const BodyMotion& motion);
 

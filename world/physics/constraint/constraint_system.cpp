@@ -12,6 +12,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kCreepCorrection = 0.1;  // share that a step undoes
+constexpr double kMaxOmegaGain = 5;       // [rad/s] in a step; a greater one is an impact's
 constexpr double kWorkMargin = 1e-9;      // of the work of an impact, that its contacts may not do
 constexpr double kShareResolution = 1e-10;  // of rebounds
 constexpr double kConeRounding = 1e-6;      // relative distance of sliding friction from its cone
@@ -45,8 +46,9 @@ void ConstraintSystem::begin(double step_s, const Eigen::Vector3d& gravity_W, do
   gravity_W_ = gravity_W;
   parameters_.relaxed_tolerance_m_s = residual_m_s;
   moves_.clear();
-  momentum_W_.clear();
-  forces_.clear();
+  mean_omega_W_.clear();
+  expected_omega_W_.clear();
+  rows_.clear();
   contacts_.clear();
   rebounds_ = false;
   problem_.clear();
@@ -57,21 +59,27 @@ void ConstraintSystem::add_body(RigidBody& body) {
   const Matrix3d inertia_W = inertia_in_world(body);
   const Twist now = {body.v_W(), body.omega_W()};
   Twist free = now;
-  // Velocity V_free at the end of the step without constraint impulses. Bodies of a gripper are not
-  // ballistic: the arm bears their weight and inertia.
-  if (body.is_ballistic()) {
-    free.omega = mean_free_omega(body.inertia_B(), body.q_WB(), now.omega, step_s_);
-  }
-  // The solver finds the mean angular velocity over the step. The momentum of a free rotation is
-  // the start's, not that of the mean velocity at the attitude of the start.
-  momentum_W_.emplace_back(inertia_W * (now.omega - free.omega));
+  // Velocity V_free without constraint impulses. Bodies of a gripper are not ballistic: the arm
+  // bears their weight and inertia.
   free.v += step_s_ / body.mass_kg() * body.force_W();
   if (!body.torque_W().isZero(0)) free.omega += step_s_ * (inertia_W.inverse() * body.torque_W());
   if (body.is_ballistic()) free.v += step_s_ * gravity_W_;
   body.clear_load();
   body.set_system_index(problem_.add_body(body.mass_kg(), inertia_W, body.p_W(), free, now));
+  add_member(body, true);
+}
+
+void ConstraintSystem::add_member(RigidBody& body, bool moves) {
   members_.push_back(&body);
-  moves_.push_back(1);
+  moves_.push_back(moves ? 1 : 0);
+  mean_omega_W_.emplace_back();
+  expected_omega_W_.emplace_back();
+}
+
+/// The mean angular velocity over the step, if it is `omega_W` at the start.
+Vector3d ConstraintSystem::mean_omega_W(const RigidBody& body, const Vector3d& omega_W) const {
+  return body.is_ballistic() ? mean_free_omega(body.inertia_B(), body.q_WB(), omega_W, step_s_)
+                             : omega_W;
 }
 
 /// Bodies that were not added are kinematic.
@@ -79,9 +87,7 @@ int ConstraintSystem::index_of(RigidBody* body) {
   if (body == nullptr) return ContactProblem::kFixed;
   if (body->system_index() < 0) {
     body->set_system_index(problem_.add_kinematic(body->p_W(), {body->v_W(), body->omega_W()}));
-    members_.push_back(body);
-    momentum_W_.emplace_back(Vector3d::Zero());
-    moves_.push_back(0);
+    add_member(*body, false);
   }
   return body->system_index();
 }
@@ -92,11 +98,12 @@ ContactProblem::Side ConstraintSystem::side(const RowSide& side) {
 
 void ConstraintSystem::add_row(const RowSide& a, const RowSide& b, double target_m_s,
                                double compliance, double lo_n, double hi_n, RowForce& force) {
+  const ContactProblem::Side side_a = side(a), side_b = side(b);
   // Forces become impulses by the factor h, and ODE-style CFM [m/s per N] becomes velocity per
   // impulse.
-  problem_.add_row(side(a), side(b), target_m_s, compliance / step_s_, lo_n * step_s_,
-                   hi_n * step_s_, {force.guess_n.last * step_s_, force.guess_n.change * step_s_});
-  forces_.push_back(&force);
+  problem_.add_row(side_a, side_b, target_m_s, compliance / step_s_, lo_n * step_s_, hi_n * step_s_,
+                   {force.guess_n.last * step_s_, force.guess_n.change * step_s_});
+  rows_.push_back({&force, {a, b}, {side_a.body, side_b.body}, target_m_s});
 }
 
 void ConstraintSystem::add_joint_row(const RowSide& a, const RowSide& b, double target_m_s,
@@ -110,18 +117,8 @@ ConstraintSystem::Sides ConstraintSystem::sides(RigidBody* a, RigidBody* b) {
 
 void ConstraintSystem::add_contact(ContactConstraint& constraint, const Sides& sides,
                                    const ContactResponse& response) {
-  const Eigen::Vector3d &p = constraint.contact.p_W, &n = constraint.contact.n_W;
-  // Levers turn with the bodies, so that the surfaces move apart although their velocities at the
-  // start agree. The target makes up for that, and for what has come of it in earlier steps.
-  const auto arc = [&](int member) -> Vector3d {
-    if (member == ContactProblem::kFixed) return Vector3d::Zero();
-    const RigidBody& body = *members_[static_cast<std::size_t>(member)];
-    return arc_velocity(body.omega_W(), p - body.p_W(), step_s_);
-  };
+  const Vector3d& n = constraint.contact.n_W;
   constraint.creep_W = tangential(constraint.creep_W, n);
-  const Vector3d bias =
-      -tangential(arc(sides.a) - arc(sides.b), n) - kCreepCorrection / step_s_ * constraint.creep_W;
-  const Vector3d target_v_W = response.target_v_W + bias;
   problem_.add_contact(
       {.a = sides.a,
        .b = sides.b,
@@ -130,7 +127,7 @@ void ConstraintSystem::add_contact(ContactConstraint& constraint, const Sides& s
        .friction = constraint.friction,
        .spinning_m = constraint.spinning_m,
        .rolling_m = constraint.rolling_m,
-       .target_v = target_v_W + response.rebound_m_s * n,
+       .target_v = response.target_v_W,
        .compliance_m_s_ns = response.compliance_m_s_n / step_s_,
        .friction_compliance_m_s_ns = response.friction_compliance_m_s_n / step_s_,
        .impulse_ns = {step_s_ * constraint.f_guess_W.last, step_s_ * constraint.f_guess_W.change},
@@ -138,8 +135,7 @@ void ConstraintSystem::add_contact(ContactConstraint& constraint, const Sides& s
                                  step_s_ * constraint.torque_guess_W.change}});
   contacts_.push_back({.constraint = &constraint,
                        .sides = sides,
-                       .target_v_W = target_v_W,
-                       .surface_v_W = tangential(response.target_v_W, n),
+                       .response_v_W = response.target_v_W,
                        .compliance_m_s_ns = response.friction_compliance_m_s_n / step_s_,
                        .rebound_m_s = response.rebound_m_s});
   rebounds_ = rebounds_ || response.rebound_m_s > 0;
@@ -148,16 +144,21 @@ void ConstraintSystem::add_contact(ContactConstraint& constraint, const Sides& s
 ContactSolver::Outcome ConstraintSystem::advance() {
   // Semi-implicit Euler (Stewart & Trinkle 1996): impulses and velocities at the end of the step
   // first, then the poses follow from these velocities.
+  problem_.complete(parameters_);
+  set_targets();
   const auto outcome = solve();
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    mean_omega_W_[i] = mean_omega_W(*members_[i], problem_.twist(static_cast<int>(i)).omega);
+  }
   for (std::size_t i = 0; i < contacts_.size(); ++i) update_creep(static_cast<int>(i));
   for (std::size_t i = 0; i < members_.size(); ++i) {
-    if (moves_[i] != 0) move(*members_[i], problem_.twist(static_cast<int>(i)), momentum_W_[i]);
+    if (moves_[i] != 0) move(*members_[i], problem_.twist(static_cast<int>(i)), mean_omega_W_[i]);
     members_[i]->set_system_index(-1);
   }
   members_.clear();
-  for (std::size_t i = 0; i < forces_.size(); ++i) {
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
     const double force_n = problem_.row_impulse_ns(static_cast<int>(i)) / step_s_;
-    forces_[i]->guess_n.record(force_n, false);
+    rows_[i].force->guess_n.record(force_n, false);
   }
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     ContactConstraint& constraint = *contacts_[i].constraint;
@@ -171,9 +172,59 @@ ContactSolver::Outcome ConstraintSystem::advance() {
   return outcome;
 }
 
+/// The solver finds the velocities that the impulses leave at the start of the step. A free body's
+/// angular velocity changes within it, and levers turn with the bodies, so that points move apart
+/// although these velocities agree. The targets make up for both, as expected if impulses go on as
+/// in the last step, and for the displacement of sticking surfaces in earlier steps.
+void ConstraintSystem::set_targets() {
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    const RigidBody& body = *members_[i];
+    expected_omega_W_[i] = body.omega_W();
+    if (body.omega_gain_W().squaredNorm() < kMaxOmegaGain * kMaxOmegaGain) {
+      expected_omega_W_[i] += body.omega_gain_W();
+    }
+    mean_omega_W_[i] = mean_omega_W(body, expected_omega_W_[i]);
+  }
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const Row& row = rows_[i];
+    double drift = 0;
+    for (std::size_t k = 0; k < 2; ++k) {
+      if (row.members[k] == ContactProblem::kFixed) continue;
+      const RowSide& side = row.sides[k];
+      const Vector3d& omega = mean_omega_W_[static_cast<std::size_t>(row.members[k])];
+      const Vector3d& at_start = expected_omega_W_[static_cast<std::size_t>(row.members[k])];
+      drift += side.angular.dot(omega - at_start) +
+               side.linear.dot(arc_velocity(omega, side.lever_W, step_s_));
+    }
+    problem_.rows()[i].target = row.target_m_s - drift;
+  }
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    Contact& contact = contacts_[i];
+    const ContactConstraint& constraint = *contact.constraint;
+    const Vector3d &p = constraint.contact.p_W, &n = constraint.contact.n_W;
+    contact.surface_v_W = tangential(contact.response_v_W, n);
+    Vector3d drift = Vector3d::Zero(), arc = Vector3d::Zero();
+    const auto add = [&](int member, double sign) {
+      if (member == ContactProblem::kFixed) return;
+      const Vector3d& omega_at_start = expected_omega_W_[static_cast<std::size_t>(member)];
+      const Vector3d lever = p - members_[static_cast<std::size_t>(member)]->p_W();
+      const Vector3d& omega = mean_omega_W_[static_cast<std::size_t>(member)];
+      drift += sign * (omega - omega_at_start).cross(lever);
+      arc += sign * arc_velocity(omega, lever, step_s_);
+    };
+    add(contact.sides.a, 1);
+    add(contact.sides.b, -1);
+    const Vector3d target_v_W = contact.response_v_W - drift - tangential(arc, n) -
+                                kCreepCorrection / step_s_ * constraint.creep_W;
+    contact.passive_v_W = contact.surface_v_W + std::min(0.0, target_v_W.dot(n)) * n;
+    contact.active_v_W = target_v_W + contact.rebound_m_s * n - contact.passive_v_W;
+    problem_.set_target(static_cast<int>(i), contact.passive_v_W + contact.active_v_W);
+  }
+}
+
 /// Newton's law of restitution with friction may make energy (Kane 1984), and so may rebounds of
-/// contacts that cannot all be reached at once. The rebounds are then reduced to where the contacts
-/// do no work.
+/// contacts that cannot all be reached at once. The active parts of the targets (rebounds and
+/// corrections) are then reduced to where the contacts do no work.
 ContactSolver::Outcome ConstraintSystem::solve() {
   auto outcome = solver_.solve(problem_, parameters_);
   if (!rebounds_) return outcome;
@@ -184,13 +235,13 @@ ContactSolver::Outcome ConstraintSystem::solve() {
   };
   double high = 1, high_j = excess();
   if (high_j <= 0) return outcome;
-  // Regula falsi with the Illinois rule, between no rebound and all of it.
-  outcome = solve_with_rebounds(0);
+  // Regula falsi with the Illinois rule, between no active part and all of it.
+  outcome = solve_with_share(0);
   double low = 0, low_j = excess(), share = 0;
   if (low_j >= 0) return outcome;
   for (int i = 0; i < kMaxSearchSteps && high - low > kShareResolution; ++i) {
     share = std::clamp((low * high_j - high * low_j) / (high_j - low_j), low, high);
-    outcome = solve_with_rebounds(share);
+    outcome = solve_with_share(share);
     const double now_j = excess();
     if (now_j <= 0) {
       if (now_j >= -kWorkMargin * contact_work().size_j) return outcome;
@@ -203,15 +254,16 @@ ContactSolver::Outcome ConstraintSystem::solve() {
       low_j *= 0.5;
     }
   }
-  return share == low ? outcome : solve_with_rebounds(low);
+  if (share == low) return outcome;
+  outcome = solve_with_share(low);
+  // Solutions need not be unique: from another start there may be another one.
+  return excess() <= 0 ? outcome : solve_with_share(0);
 }
 
-ContactSolver::Outcome ConstraintSystem::solve_with_rebounds(double share) {
+ContactSolver::Outcome ConstraintSystem::solve_with_share(double share) {
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     const Contact& contact = contacts_[i];
-    const double rebound_m_s = share * contact.rebound_m_s;
-    problem_.set_target(static_cast<int>(i),
-                        contact.target_v_W + rebound_m_s * contact.constraint->contact.n_W);
+    problem_.set_target(static_cast<int>(i), contact.passive_v_W + share * contact.active_v_W);
   }
   return solver_.solve(problem_, parameters_);
 }
@@ -251,12 +303,14 @@ void ConstraintSystem::update_creep(int index) const {
   ContactConstraint& constraint = *contact.constraint;
   const Eigen::Vector3d &p = constraint.contact.p_W, &n = constraint.contact.n_W;
   Vector3d velocity = Vector3d::Zero(), arc = Vector3d::Zero();
+  double spin = 0;  // mean of both bodies' about the normal
   const auto add = [&](int member, double sign) {
     if (member == ContactProblem::kFixed) return;
-    const Twist& twist = problem_.twist(member);
+    const Vector3d& omega = mean_omega_W_[static_cast<std::size_t>(member)];
     const Vector3d lever = p - members_[static_cast<std::size_t>(member)]->p_W();
-    velocity += sign * (twist.v + twist.omega.cross(lever));
-    arc += sign * arc_velocity(twist.omega, lever, step_s_);
+    spin += 0.5 * omega.dot(n);
+    velocity += sign * (problem_.twist(member).v + omega.cross(lever));
+    arc += sign * arc_velocity(omega, lever, step_s_);
   };
   add(contact.sides.a, 1);
   add(contact.sides.b, -1);
@@ -270,22 +324,26 @@ void ConstraintSystem::update_creep(int index) const {
                            ? Vector3d(-step_s_ / kCreepCorrection * contact.compliance_m_s_ns *
                                       tangential(impulse_ns, n))
                            : Vector3d(constraint.creep_W + step_s_ * (slip + tangential(arc, n)));
+  // It turns with the surfaces.
+  constraint.creep_W = Eigen::AngleAxisd(step_s_ * spin, n) * constraint.creep_W;
 }
 
 /// The pose from the mean velocities over the step, then the velocities at its end. The angular one
 /// follows from the momentum, which free rotation keeps exactly.
-void ConstraintSystem::move(RigidBody& body, const Twist& twist, const Vector3d& momentum_W) const {
-  const Vector3d end_momentum_W = inertia_in_world(body) * twist.omega + momentum_W;
+void ConstraintSystem::move(RigidBody& body, const Twist& twist, const Vector3d& omega_W) const {
+  const Vector3d momentum_W = inertia_in_world(body) * twist.omega;
+  const Vector3d gain_W = twist.omega - body.omega_W();
   body.set_position(body.p_W() + step_s_ * twist.v);
   // Rotation by the exponential map of omega over the step.
-  const double half = 0.5 * step_s_, angle = half * twist.omega.norm();
+  const double half = 0.5 * step_s_, angle = half * omega_W.norm();
   const double sinc = angle < 1e-4 ? 1 - angle * angle / 6 : std::sin(angle) / angle;
-  const Vector3d turn = half * sinc * twist.omega;
+  const Vector3d turn = half * sinc * omega_W;
   body.set_orientation(Eigen::Quaterniond(std::cos(angle), turn.x(), turn.y(), turn.z()) *
                        body.q_WB());
   body.set_velocity(twist.v, body.is_ballistic()
-                                 ? Vector3d(inertia_in_world(body).inverse() * end_momentum_W)
+                                 ? Vector3d(inertia_in_world(body).inverse() * momentum_W)
                                  : twist.omega);
+  if (body.is_ballistic()) body.set_omega_gain(gain_W);
 }
 
 }  // namespace aprsim::physics

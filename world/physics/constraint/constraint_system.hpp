@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -21,6 +22,18 @@ namespace aprsim::physics {
 struct RowSide {
   RigidBody* body = nullptr;
   Eigen::Vector3d linear = Eigen::Vector3d::Zero(), angular = Eigen::Vector3d::Zero();
+  /// Of the point that the row holds, from the body's centre of mass.
+  Eigen::Vector3d lever_W = Eigen::Vector3d::Zero();
+
+  /// The velocity along `d` of the point at `lever_W`.
+  [[nodiscard]] static RowSide of_point(RigidBody& body, const Eigen::Vector3d& d,
+                                        const Eigen::Vector3d& lever_W) {
+    return {&body, d, lever_W.cross(d), lever_W};
+  }
+  /// The angular velocity about `axis`.
+  [[nodiscard]] static RowSide of_turn(RigidBody& body, const Eigen::Vector3d& axis) {
+    return {&body, Eigen::Vector3d::Zero(), axis};
+  }
 };
 
 /// The force of a row, which warm-starts the next step. Rows never use a mean force.
@@ -71,13 +84,27 @@ class ConstraintSystem {
 
  private:
   [[nodiscard]] int index_of(RigidBody* body);
+  void add_member(RigidBody& body, bool moves);
+  [[nodiscard]] Eigen::Vector3d mean_omega_W(const RigidBody& body,
+                                             const Eigen::Vector3d& omega_W) const;
   [[nodiscard]] ContactProblem::Side side(const RowSide& side);
+  void set_targets();
+  struct Row {
+    RowForce* force = nullptr;
+    std::array<RowSide, 2> sides;
+    std::array<int, 2> members{};
+    double target_m_s = 0;
+  };
   struct Contact {
     ContactConstraint* constraint = nullptr;
     Sides sides;
-    Eigen::Vector3d target_v_W;    ///< without the rebound
-    Eigen::Vector3d surface_v_W;   ///< of a moving surface
-    double compliance_m_s_ns = 0;  ///< slip velocity per friction impulse
+    Eigen::Vector3d response_v_W;  ///< target of the surfaces' response, without the rebound
+    /// Target of contacts that can do no work on the bodies, and what is added to it: the rebound
+    /// and the corrections of position.
+    Eigen::Vector3d passive_v_W = Eigen::Vector3d::Zero();
+    Eigen::Vector3d active_v_W = Eigen::Vector3d::Zero();
+    Eigen::Vector3d surface_v_W = Eigen::Vector3d::Zero();  ///< of a moving surface
+    double compliance_m_s_ns = 0;                           ///< slip velocity per friction impulse
     double rebound_m_s = 0;
   };
   /// Done by contacts on the bodies in a step.
@@ -86,20 +113,21 @@ class ConstraintSystem {
     double size_j = 0;  ///< of the parts that it is made of
   };
   [[nodiscard]] ContactSolver::Outcome solve();
-  [[nodiscard]] ContactSolver::Outcome solve_with_rebounds(double share);
+  [[nodiscard]] ContactSolver::Outcome solve_with_share(double share);
   [[nodiscard]] Work contact_work() const;
   void update_creep(int index) const;
-  void move(RigidBody& body, const Twist& twist, const Eigen::Vector3d& momentum_W) const;
+  void move(RigidBody& body, const Twist& twist, const Eigen::Vector3d& omega_W) const;
 
   double step_s_ = 0;
   ContactSolverParameters parameters_;
   ContactProblem problem_;
   ContactSolver solver_;
   Eigen::Vector3d gravity_W_ = Eigen::Vector3d::Zero();
-  std::vector<RigidBody*> members_;          // by number, until the system is solved
-  std::vector<char> moves_;                  // by number
-  std::vector<Eigen::Vector3d> momentum_W_;  // by number: beside that of the solved velocity
-  std::vector<RowForce*> forces_;
+  std::vector<RigidBody*> members_;                // by number, until the system is solved
+  std::vector<char> moves_;                        // by number
+  std::vector<Eigen::Vector3d> expected_omega_W_;  // by number, behind the impulses
+  std::vector<Eigen::Vector3d> mean_omega_W_;      // by number, over the step
+  std::vector<Row> rows_;
   std::vector<Contact> contacts_;
   bool rebounds_ = false;  // of any contact
 };

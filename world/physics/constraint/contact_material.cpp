@@ -16,6 +16,10 @@ constexpr Stiffness kHard = {0.2, 1e-6};
 // see the force of an immovable object.
 constexpr Stiffness kArm = {0.45, 4.5e-3};
 
+// Compliance of sticking friction over that of the normal. Several contacts hold a part more often
+// than needed: where their displacements disagree, friction shares the load without a slip.
+constexpr double kFrictionCompliance = 5e-3;
+
 constexpr double kMostCorrecting = 0.5;  // [m/s], at which penetration ends
 constexpr double kSinkRate = 50;         // [1/s], of the remaining slop
 constexpr double kLeastImpact = 0.03;    // [m/s], slower ones give nothing back
@@ -72,7 +76,9 @@ ContactResponse contact_response(const ContactConstraint& constraint,
                                                                        : kHard;
   ContactResponse response;
   response.compliance_m_s_n = stiffness.compliance_m_s_n;
-  if (!setting.arm_link) response.friction_compliance_m_s_n = stiffness.compliance_m_s_n;
+  if (!setting.arm_link) {
+    response.friction_compliance_m_s_n = kFrictionCompliance * stiffness.compliance_m_s_n;
+  }
   // Within the slop a body sinks slowly; by its weight alone, against the soft normal, that would
   // take minutes.
   const double inside = contact.depth_m - penetration_slop_m(contact.pair);

@@ -69,6 +69,7 @@ struct ContactPack {
   [[nodiscard]] bool is_idle() const;
   /// Sets the nearest impulses within the cones.
   void set_impulse(const Vector3x4& gamma_W, const Vector3x4& torsion_W);
+  void set_target(int lane, const Vector3& target_v);
   void set_last_impulse() { set_impulse(last_gamma_W, last_torsion_W); }
 
   /// v_c = J V - target, and omega_c.
@@ -172,6 +173,12 @@ inline void ContactPack::complete(const SolverBody* body_a, const SolverBody* bo
   set_delassus(body_a, body_b);
   friction_compliance = surface_compliance + parameters.friction_regularization * delassus.t;
   set_impulse(last_gamma_W + change_gamma_W, last_torsion_W + change_torsion_W);
+}
+
+inline void ContactPack::set_target(int lane, const Vector3& target_v) {
+  target_W.set(lane, target_v);
+  target.set(lane, {frame[0].at(lane).dot(target_v), frame[1].at(lane).dot(target_v),
+                    frame[2].at(lane).dot(target_v)});
 }
 
 /// Values of the first lane keep the arithmetic of unused lanes finite.

@@ -14,6 +14,7 @@ void ContactProblem::clear() {
   rows_.clear();
   pack_count_ = 0;
   locations_.clear();
+  complete_ = at_rest_ = false;
 }
 
 int ContactProblem::add_body(double mass_kg, const Matrix3& inertia, const Vector3& com,
@@ -83,12 +84,15 @@ int ContactProblem::add_contact(const ContactDescription& contact) {
 
 void ContactProblem::set_target(int contact, const Vector3& target_v) {
   const auto& [pack, lane] = locations_[index(contact)];
-  packs_[index(pack)].target_W.set(lane, target_v);
+  packs_[index(pack)].set_target(lane, target_v);
 }
 
 void ContactProblem::complete(const ContactSolverParameters& parameters) {
+  if (complete_) return;
   complete_contacts(parameters);
   mark_actuated();
+  at_rest_ = are_slow(parameters);
+  complete_ = true;
 }
 
 APRSIM_VECTOR_CLONES void ContactProblem::complete_contacts(
@@ -108,7 +112,7 @@ void ContactProblem::mark_actuated() {
   for (ContactPack& pack : packs()) pack.actuated = is_actuated(pack.a) || is_actuated(pack.b);
 }
 
-bool ContactProblem::is_at_rest(const ContactSolverParameters& parameters) const {
+bool ContactProblem::are_slow(const ContactSolverParameters& parameters) const {
   // The test uses the velocities before the step. At rest, residuals of either sign add up over
   // thousands of steps, so that a stricter tolerance pays.
   return rows_.empty() && std::ranges::all_of(moving_, [&](int body) {

@@ -55,8 +55,6 @@ class ContactProblem {
               double upper_ns, const ImpulseGuess<double>& guess_ns = {0, 0});
   /// Contacts of the same two bodies are added one after the other. Returns its number.
   int add_contact(const ContactDescription& contact);
-  /// Changes a contact's target before the next solve.
-  void set_target(int contact, const Vector3& target_v);
 
   // ---- the solution
 
@@ -69,9 +67,12 @@ class ContactProblem {
   // ---- the iterate, for the parts of ContactSolver
 
   /// After the last addition: derives what the iteration needs, and sets extrapolated impulses.
+  /// Does nothing the second time.
   void complete(const ContactSolverParameters& parameters);
-  /// Whether all bodies that move are slow, and no row acts on them.
-  [[nodiscard]] bool is_at_rest(const ContactSolverParameters& parameters) const;
+  /// Changes a contact's target after complete().
+  void set_target(int contact, const Vector3& target_v);
+  /// Whether all bodies that move are slow before the step, and no row acts on them.
+  [[nodiscard]] bool is_at_rest() const { return at_rest_; }
 
   [[nodiscard]] std::span<const int> moving() const { return moving_; }
   [[nodiscard]] std::span<SolverRow> rows() { return rows_; }
@@ -124,6 +125,7 @@ class ContactProblem {
   [[nodiscard]] double velocity_of(const Side& side) const;
   void complete_contacts(const ContactSolverParameters& parameters);
   void mark_actuated();
+  [[nodiscard]] bool are_slow(const ContactSolverParameters& parameters) const;
 
   std::vector<SolverBody> bodies_;
   std::vector<int> moving_;
@@ -131,6 +133,7 @@ class ContactProblem {
   std::vector<ContactPack> packs_;  // as many as there ever were
   int pack_count_ = 0;
   std::vector<std::pair<int, int>> locations_;  // by contact: pack and lane
+  bool complete_ = false, at_rest_ = false;
 };
 
 inline std::span<ContactPack> ContactProblem::packs_of_pair(std::size_t first) {

@@ -11,7 +11,7 @@ ContactSolver::Outcome ContactSolver::solve(ContactProblem& problem,
   statistics_.clear();
   problem.complete(parameters);
   if (problem.moving().empty()) return {.converged = true};
-  const ToleranceSchedule tolerance(parameters, problem.is_at_rest(parameters));
+  const ToleranceSchedule tolerance(parameters, problem.is_at_rest());
   // The outer iteration is only entered if neither warm start nor relaxation fulfils Coulomb's law.
   // In a quiet cell most steps end here.
   // Warm start.

@@ -116,8 +116,9 @@ void ContactSearch::add_found(int fixed_shape) {
     added.restitution = surfaces.restitution;
     added.rolling_m = surfaces.rolling_m;
     added.spinning_m = surfaces.spinning_m;
-    // The belt runs on under a jammed body.
-    added.belt = belt && !(model_.ids.is_free(contact.a) && model_.body(contact.a).jammed);
+    // The belt runs on under a decoupled body.
+    added.belt =
+        belt && !(model_.ids.is_free(contact.a) && model_.body(contact.a).decoupled_from_belt);
   }
   found_.clear();
 }

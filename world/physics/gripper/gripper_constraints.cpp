@@ -22,8 +22,12 @@ struct FingerForce {
   RigidBody& finger;
   RigidBody& palm;
   Vector3d lever = 0.5 * (palm.p_W() - finger.p_W());
-  [[nodiscard]] RowSide on_finger(const Vector3d& d) const { return {&finger, d, lever.cross(d)}; }
-  [[nodiscard]] RowSide on_palm(const Vector3d& d) const { return {&palm, -d, lever.cross(d)}; }
+  [[nodiscard]] RowSide on_finger(const Vector3d& d) const {
+    return RowSide::of_point(finger, d, lever);
+  }
+  [[nodiscard]] RowSide on_palm(const Vector3d& d) const {
+    return RowSide::of_point(palm, -d, -lever);
+  }
 };
 
 }  // namespace
@@ -52,10 +56,11 @@ void GripperConstraints::add_mount(ConstraintSystem& system, GripperForces& forc
   for (int i = 0; i < 3; ++i) {
     const Vector3d axis = palm().R_WB().col(i);
     const auto k = static_cast<std::size_t>(i);
-    system.add_joint_row({&palm(), axis, Vector3d::Zero()}, {&carriage_, -axis, Vector3d::Zero()},
+    system.add_joint_row(RowSide::of_point(palm(), axis, Vector3d::Zero()),
+                         RowSide::of_point(carriage_, -axis, Vector3d::Zero()),
                          joints_.mount_erp / step_s_ * axis.dot(off), joints_.mount_cfm,
                          forces.mount[k]);
-    system.add_joint_row({&palm(), Vector3d::Zero(), axis}, {&carriage_, Vector3d::Zero(), -axis},
+    system.add_joint_row(RowSide::of_turn(palm(), axis), RowSide::of_turn(carriage_, -axis),
                          kRowErp / step_s_ * axis.dot(turn), kRowCfm, forces.mount[k + 3]);
   }
 }
@@ -68,7 +73,7 @@ void GripperConstraints::add_slider(ConstraintSystem& system, std::size_t i,
   const Vector3d turn = turn_between(sliding.R_WB(), palm().R_WB());
   for (int column = 0; column < 3; ++column) {
     const Vector3d axis = palm().R_WB().col(column);
-    system.add_joint_row({&sliding, Vector3d::Zero(), axis}, {&palm(), Vector3d::Zero(), -axis},
+    system.add_joint_row(RowSide::of_turn(sliding, axis), RowSide::of_turn(palm(), -axis),
                          k * axis.dot(turn), kRowCfm,
                          forces.rail[i][static_cast<std::size_t>(column)]);
   }
@@ -112,15 +117,16 @@ void GripperConstraints::add_linkage(ConstraintSystem& system, GripperForces& fo
   const Vector3d arm = palm().R_WB() * joints_.pivot, off = palm().p_W() + arm - lever().p_W();
   for (int i = 0; i < 3; ++i) {
     const Vector3d axis = palm().R_WB().col(i);
-    system.add_joint_row({&lever(), axis, Vector3d::Zero()}, {&palm(), -axis, -arm.cross(axis)},
-                         k * axis.dot(off), kRowCfm, forces.linkage[static_cast<std::size_t>(i)]);
+    system.add_joint_row(RowSide::of_point(lever(), axis, Vector3d::Zero()),
+                         RowSide::of_point(palm(), -axis, arm), k * axis.dot(off), kRowCfm,
+                         forces.linkage[static_cast<std::size_t>(i)]);
   }
   // A hinge: three rows hold the pivot, two keep both axes parallel; the rotation about the axis is
   // free.
   const Vector3d tilt = lever().R_WB().col(2).cross(palm().R_WB().col(2));
   for (const int column : {0, 1}) {
     const Vector3d d = palm().R_WB().col(column);
-    system.add_joint_row({&lever(), Vector3d::Zero(), d}, {&palm(), Vector3d::Zero(), -d},
+    system.add_joint_row(RowSide::of_turn(lever(), d), RowSide::of_turn(palm(), -d),
                          k * d.dot(tilt), kRowCfm, forces.linkage[column == 0 ? 3 : 4]);
   }
   for (std::size_t i = 0; i < 2; ++i) {
@@ -128,8 +134,9 @@ void GripperConstraints::add_linkage(ConstraintSystem& system, GripperForces& fo
     const Vector3d on_lever = lever().R_WB() * joints_.rod_on_lever[i];
     const Vector3d rod = finger(i).p_W() + on_finger - lever().p_W() - on_lever;
     const Vector3d d = rod.normalized();
-    system.add_joint_row({&finger(i), d, on_finger.cross(d)}, {&lever(), -d, -on_lever.cross(d)},
-                         k * (kRodLength - rod.norm()), kRowCfm, forces.linkage[5 + i]);
+    system.add_joint_row(RowSide::of_point(finger(i), d, on_finger),
+                         RowSide::of_point(lever(), -d, on_lever), k * (kRodLength - rod.norm()),
+                         kRowCfm, forces.linkage[5 + i]);
   }
 }
 

@@ -54,9 +54,9 @@ void BodyPlacement::set_velocity(int body, const Eigen::Vector3d& v_com_W,
   free.place(free.X_WB, v_com_W, omega_W);
 }
 
-void BodyPlacement::set_jammed(int body, bool jammed) {
-  if (model_.body(body).jammed == jammed) return;
-  model_.body(body).jammed = jammed;
+void BodyPlacement::set_decoupled_from_belt(int body, bool decoupled_from_belt) {
+  if (model_.body(body).decoupled_from_belt == decoupled_from_belt) return;
+  model_.body(body).decoupled_from_belt = decoupled_from_belt;
   // Its carrier changes.
   wake(body);
 }

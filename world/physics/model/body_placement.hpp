@@ -19,8 +19,8 @@ class BodyPlacement {
 
   /// Sets the velocity of a body, that of its centre of mass. It wakes and is unmerged.
   void set_velocity(int body, const Eigen::Vector3d& v_com_W, const Eigen::Vector3d& omega_W);
-  /// Whether the body is jammed: the belt then does not carry it.
-  void set_jammed(int body, bool jammed);
+  /// Whether the body is decoupled_from_belt: the belt then does not carry it.
+  void set_decoupled_from_belt(int body, bool decoupled_from_belt);
   /// Places bodies at rest. All are raised by the same height, such that no bounding box overlaps
   /// one of another body. Everything wakes. Lost bodies stay lost.
   void place(std::span<const BodyPose> poses);

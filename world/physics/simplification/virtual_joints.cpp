@@ -128,12 +128,13 @@ void VirtualJoints::add_to(ConstraintSystem& system, std::size_t number) {
   for (int i = 0; i < 3; ++i) turn += 0.5 * R_a.col(i).cross(R_a_wanted.col(i));
   for (int i = 0; i < 3; ++i) {
     const Vector3d axis = Vector3d::Unit(i);
-    system.add_joint_row({&a, axis, apart.cross(axis)}, {&b, -axis, Vector3d::Zero()}, k * off[i],
-                         kJointCfm, pair.forces[static_cast<std::size_t>(i)]);
+    system.add_joint_row(RowSide::of_point(a, axis, apart),
+                         RowSide::of_point(b, -axis, Vector3d::Zero()), k * off[i], kJointCfm,
+                         pair.forces[static_cast<std::size_t>(i)]);
   }
   for (int i = 0; i < 3; ++i) {
     const Vector3d axis = Vector3d::Unit(i);
-    system.add_joint_row({&a, Vector3d::Zero(), axis}, {&b, Vector3d::Zero(), -axis}, k * turn[i],
+    system.add_joint_row(RowSide::of_turn(a, axis), RowSide::of_turn(b, -axis), k * turn[i],
                          kJointCfm, pair.forces[static_cast<std::size_t>(i) + 3]);
   }
 }

@@ -77,7 +77,7 @@ class Adoption {
   void adopt_body(int to, int other) {
     FreeBody& body = model_.body(to);
     const FreeBody& was = old_.body(other);
-    body.jammed = was.jammed;
+    body.decoupled_from_belt = was.decoupled_from_belt;
     body.lost_step = was.lost_step;
     // A lost body must leave contact search before it gets its pose.
     if (body.lost_step) model_.simplification.remove_lost(to);

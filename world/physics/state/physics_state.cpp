@@ -23,15 +23,16 @@ struct PhysicsState::Data {
     Eigen::Vector3d v_com_W, omega_W;
     Aabb bounds;
     std::optional<std::uint64_t> lost_step;
-    bool mounted = false, jammed = false;
+    bool mounted = false, decoupled_from_belt = false;
 
     void restore(FreeBody& body) const;
 
     static constexpr bool kAsMany = true;  ///< as the scene has
     template <typename Self, typename Io>
     static void fields(Self& self, Io& io) {
-      auto& [motion, origin_B, X_WB, v_com_W, omega_W, bounds, lost_step, mounted, jammed] = self;
-      io(motion, origin_B, X_WB, v_com_W, omega_W, bounds, lost_step, mounted, jammed);
+      auto& [motion, origin_B, X_WB, v_com_W, omega_W, bounds, lost_step, mounted,
+             decoupled_from_belt] = self;
+      io(motion, origin_B, X_WB, v_com_W, omega_W, bounds, lost_step, mounted, decoupled_from_belt);
     }
   };
   std::vector<Body> bodies;
@@ -77,7 +78,7 @@ void PhysicsState::Data::Body::restore(FreeBody& body) const {
   body.v_com_W = v_com_W;
   body.omega_W = omega_W;
   body.bounds = bounds;
-  body.jammed = jammed;
+  body.decoupled_from_belt = decoupled_from_belt;
   body.body.restore(motion);
 }
 
@@ -87,7 +88,7 @@ PhysicsState::PhysicsState(const PhysicsModel& model, const PhysicsStep& step) {
   Data data{.simplification = model.simplification.save()};
   for (const auto& body : model.bodies) {
     data.bodies.push_back({body.body.motion(), body.origin_B, body.X_WB, body.v_com_W, body.omega_W,
-                           body.bounds, body.lost_step, body.mounted, body.jammed});
+                           body.bounds, body.lost_step, body.mounted, body.decoupled_from_belt});
   }
   for (const auto& gripper : model.grippers) data.grippers.push_back(gripper.save());
   for (const auto& gripper : model.parked) data.parked.push_back(gripper.save());

@@ -65,7 +65,7 @@ void RobotController::execute(const api::InitRobot&, const JointVector& q_actual
   begin_task(Task::kRest);
 }
 
-void RobotController::execute(const api::EndRobot&, const JointVector&) {
+void RobotController::execute(const api::EndProgram&, const JointVector&) {
   brake(Brake::kSet);
   begin_task(Task::kRest);
 }

@@ -25,8 +25,8 @@ struct ControllerInput {
 /// State machine of the robot controller: executes commands, plans motion, generates one joint
 /// reference per step. SI units; independent of CRCL. Thread: sim.
 ///
-/// - Before InitRobot only InitRobot, EndRobot, StopMotion and SetMotionLimit are executed.
-/// EndRobot
+/// - Before InitRobot only InitRobot, EndProgram, StopMotion and SetMotionLimit are executed.
+/// EndProgram
 ///   ends motion; the robot stays initialized. An error is held: the state stays kError until
 ///   InitRobot.
 /// - The newest command replaces the one that runs, which then never becomes done. A move begins
@@ -38,7 +38,7 @@ struct ControllerInput {
 ///   running or planned motion. That motion continues to its target. If it is refused or stopped,
 ///   the error is that of the latest command.
 /// - The tool changer waits until the arm is at rest, and then for its own time. Commands received
-///   meanwhile are executed after it, in order, except stops, InitRobot and EndRobot.
+///   meanwhile are executed after it, in order, except stops, InitRobot and EndProgram.
 /// - A command is done when the reference has reached its target exactly and is at rest, and the
 ///   arm, if something pushes it aside, is within the command's tolerance; SetGripper when the
 ///   gripper has settled, or 2 s after the command if it does not. A joint in torque mode is done
@@ -122,7 +122,7 @@ class RobotController {
   // ---- commands
   void run(api::Ticket ticket, const api::RobotAction& action, const JointVector& q_actual);
   void execute(const api::InitRobot&, const JointVector& q_actual);
-  void execute(const api::EndRobot&, const JointVector& q_actual);
+  void execute(const api::EndProgram&, const JointVector& q_actual);
   void execute(const api::StopMotion& stop, const JointVector& q_actual);
   void execute(const api::MoveTo& move, const JointVector&) { plan(move); }
   void execute(const api::MoveThroughTo& move, const JointVector&) { plan(move); }

@@ -25,7 +25,7 @@ struct DeferredCommand {
 /// Whether the command is executed even while the tool changer works.
 [[nodiscard]] inline bool precedes_tool_change(const api::RobotAction& action) {
   return std::holds_alternative<api::InitRobot>(action) ||
-         std::holds_alternative<api::EndRobot>(action) ||
+         std::holds_alternative<api::EndProgram>(action) ||
          std::holds_alternative<api::StopMotion>(action);
 }
 

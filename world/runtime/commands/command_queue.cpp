@@ -16,10 +16,10 @@ constexpr std::size_t kStops = 64;
 /// Each endpoint has 1/kOwnPart of the capacity beyond it. Memory for kEndpoints of them is
 /// reserved at construction.
 constexpr std::size_t kOwnPart = 16, kEndpoints = 8;
-/// Slow commands that may wait at once, so that a stop behind them takes effect soon.
+/// Limit of waiting slow commands, so that a stop behind them takes effect soon.
 constexpr std::ptrdiff_t kMostSlow = 4;
 
-/// Whether the command takes as long as many steps.
+/// Whether the command takes the time of many steps.
 bool is_slow(const api::Command& command) {
   if (std::holds_alternative<api::SceneCommand>(command.body)) return true;
   const auto* simulation = std::get_if<api::SimulationCommand>(&command.body);
@@ -28,7 +28,7 @@ bool is_slow(const api::Command& command) {
                         std::holds_alternative<api::LoadState>(*simulation));
 }
 
-/// Whether the later one of two stops does what both would do, regardless of their senders.
+/// Whether the later of two stops has the effect of both, regardless of their senders.
 bool same_stop(const api::Command& a, const api::Command& b) {
   if (a.body.index() != b.body.index() || !api::is_stop(a)) return false;
   if (const auto* robot = std::get_if<api::RobotCommand>(&a.body)) {
@@ -42,7 +42,7 @@ bool same_stop(const api::Command& a, const api::Command& b) {
   return true;
 }
 
-/// A stop of the belt that does what two do, one right after the other.
+/// A stop of the belt with the effect of two in a row.
 api::ConveyorCommand merged(const api::ConveyorCommand& earlier, api::ConveyorCommand later) {
   if (!later.run) later.run = earlier.run;
   if (!later.forward) later.forward = earlier.forward;
@@ -100,8 +100,9 @@ std::size_t CommandQueue::size() const {
   return queue_.size();
 }
 
-/// All of them act between the same two steps, so the last one of equal stops is enough. Between
-/// two stops that stay there is another command, hence stops are as bounded as these.
+/// All queued commands act between the same two steps, so the last of equal stops suffices. Another
+/// command separates any two remaining stops, so the number of stops is bounded by that of the
+/// others.
 void CommandQueue::merge_stops(api::Command& stop) {
   const auto drop = [this](const QueuedCommand& queued) {
     --share_of(queued.command.endpoint).waiting;

@@ -19,8 +19,8 @@ struct QueuedCommand {
 };
 
 /// Bounded queue from any thread to the simulation thread. The lock is held for a push or a swap of
-/// two vectors, never across I/O. A stop (api::is_stop) is accepted however full the queue is;
-/// once it is full, stops that do the same are merged. Each endpoint has extra room, a sixteenth of
+/// two vectors, never across I/O. A stop (api::is_stop) is accepted even when the queue is
+/// full; equal stops are merged then. Each endpoint has extra room, a sixteenth of
 /// the capacity, which no other endpoint can fill. At most 4 slow commands (resets, saves, loads,
 /// changes of the scene) may wait at once.
 class CommandQueue {
@@ -58,7 +58,7 @@ class CommandQueue {
     std::size_t waiting = 0;
   };
 
-  /// Drops the stops that `stop` makes superfluous, and takes the belt's settings over from them.
+  /// Drops the stops that `stop` supersedes, and adopts their belt settings.
   void merge_stops(api::Command& stop);
   [[nodiscard]] Share& share_of(api::EndpointId endpoint);
   /// Extra room of each endpoint.

@@ -61,7 +61,7 @@ std::optional<std::string> text_of(const api::Command& command) {
   if (std::holds_alternative<api::ConveyorCommand>(command.body)) return "belt: command";
   if (std::holds_alternative<api::SceneCommand>(command.body)) return "the scene is changed";
   if (const auto* intruder = std::get_if<api::SetIntruder>(&command.body)) {
-    return intruder->intruder ? "intruder put" : "intruder removed";
+    return intruder->intruder ? "intruder placed" : "intruder removed";
   }
   return std::nullopt;
 }
@@ -71,9 +71,9 @@ std::optional<std::string> text_of(const api::Command& command) {
 void BookmarkGenerator::applied(RunTime time, const QueuedCommand& command, const Error* failure) {
   const api::Moment moment{time.epoch, time.step};
   if (failure != nullptr) {
-    note(moment, api::BookmarkKind::kRefusal, "refused: " + failure->message);
+    add(moment, api::BookmarkKind::kRefusal, "refused: " + failure->message);
   } else if (const auto text = text_of(command.command)) {
-    note(moment, api::BookmarkKind::kCommand, *text);
+    add(moment, api::BookmarkKind::kCommand, *text);
   }
 }
 
@@ -84,12 +84,12 @@ void BookmarkGenerator::happened(const api::CellEventPtr& event) {
   for (const std::string& name : event->names) text += (text.empty() ? "" : ", ") + name;
   const std::string words = words_of(*event);
   if (!words.empty()) text += (text.empty() ? "" : ": ") + words;
-  note({event->epoch, event->step}, *kind, text);
+  add({event->epoch, event->step}, *kind, text);
 }
 
-void BookmarkGenerator::note(api::Moment moment, api::BookmarkKind kind, const std::string& text) {
+void BookmarkGenerator::add(api::Moment moment, api::BookmarkKind kind, const std::string& text) {
   try {
-    bookmarks_.note(moment, kind, text);
+    bookmarks_.add(moment, kind, text);
   } catch (const std::bad_alloc&) {
     // The history is complete without this bookmark.
   }

@@ -25,7 +25,7 @@ class BookmarkGenerator final : public Recorder {
   [[nodiscard]] bool wants_checkpoint() const override { return false; }
 
  private:
-  void note(api::Moment moment, api::BookmarkKind kind, const std::string& text);
+  void add(api::Moment moment, api::BookmarkKind kind, const std::string& text);
 
   Bookmarks& bookmarks_;
 };

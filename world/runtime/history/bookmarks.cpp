@@ -12,14 +12,14 @@ void Bookmarks::insert(std::vector<api::Bookmark>& into, api::Bookmark bookmark)
   ++revision_;
 }
 
-void Bookmarks::note(api::Moment moment, api::BookmarkKind kind, std::string text) {
+void Bookmarks::add(api::Moment moment, api::BookmarkKind kind, std::string text) {
   text.resize(std::min(text.size(), api::kMaxBookmarkText));
   const std::lock_guard lock(mutex_);
-  // In lumps: each moves all that stays.
-  if (noted_.size() >= kMaxBookmarks) {
-    noted_.erase(noted_.begin(), noted_.begin() + kMaxBookmarks / 10);
+  // Dropped in batches: each erase moves all remaining elements.
+  if (automatic_.size() >= kMaxBookmarks) {
+    automatic_.erase(automatic_.begin(), automatic_.begin() + kMaxBookmarks / 10);
   }
-  insert(noted_, {next_id_++, moment, {}, kind, std::move(text)});
+  insert(automatic_, {next_id_++, moment, {}, kind, std::move(text)});
 }
 
 Result<api::Bookmark> Bookmarks::add(api::Moment moment, std::string text) {
@@ -42,7 +42,7 @@ Result<api::Bookmark> Bookmarks::add(api::Moment moment, std::string text) {
 Result<void> Bookmarks::remove(std::uint64_t id) {
   const std::lock_guard lock(mutex_);
   const auto of_id = [id](const api::Bookmark& bookmark) { return bookmark.id == id; };
-  if (std::erase_if(own_, of_id) + std::erase_if(noted_, of_id) == 0) {
+  if (std::erase_if(own_, of_id) + std::erase_if(automatic_, of_id) == 0) {
     return fail(ErrorCode::kNotFound, "id",
                 "there is no bookmark with the number " + std::to_string(id));
   }
@@ -53,7 +53,7 @@ Result<void> Bookmarks::remove(std::uint64_t id) {
 std::vector<api::Bookmark> Bookmarks::all() const {
   const std::lock_guard lock(mutex_);
   std::vector<api::Bookmark> all;
-  std::ranges::merge(noted_, own_, std::back_inserter(all), {}, &api::Bookmark::moment,
+  std::ranges::merge(automatic_, own_, std::back_inserter(all), {}, &api::Bookmark::moment,
                      &api::Bookmark::moment);
   return all;
 }

@@ -12,15 +12,16 @@ namespace aprsim::world {
 
 inline constexpr std::size_t kMaxBookmarks = 2000;
 
-/// Moments worth finding again; of those that nobody has set the latest kMaxBookmarks. Thread: any.
+/// Bookmarks of moments: those of clients, and the latest kMaxBookmarks automatic ones. Thread:
+/// any.
 class Bookmarks {
  public:
-  /// One at what has happened.
-  void note(api::Moment moment, api::BookmarkKind kind, std::string text);
-  /// Somebody's own. Errors: see api::History.
+  /// Adds an automatic bookmark.
+  void add(api::Moment moment, api::BookmarkKind kind, std::string text);
+  /// Adds a client's bookmark. Errors: see api::History.
   [[nodiscard]] Result<api::Bookmark> add(api::Moment moment, std::string text);
   [[nodiscard]] Result<void> remove(std::uint64_t id);
-  /// In the order of their moments, without their times.
+  /// All bookmarks, ordered by moment; times are not filled in.
   [[nodiscard]] std::vector<api::Bookmark> all() const;
   [[nodiscard]] std::uint64_t revision() const { return revision_; }
 
@@ -28,7 +29,7 @@ class Bookmarks {
   void insert(std::vector<api::Bookmark>& into, api::Bookmark bookmark);
 
   mutable std::mutex mutex_;
-  std::vector<api::Bookmark> noted_, own_;  ///< by their moments
+  std::vector<api::Bookmark> automatic_, own_;  ///< ordered by moment
   std::uint64_t next_id_ = 1;
   std::atomic<std::uint64_t> revision_{0};
 };

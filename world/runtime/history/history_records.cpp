@@ -10,7 +10,7 @@ namespace {
 
 /// Memory of a segment and of a command, besides the state and the waypoints; approximately.
 constexpr std::uint64_t kSegmentBytes = 256, kCommandBytes = 512;
-/// Bounds the list of a cell that is reset all the time.
+/// Bounds the list when a cell is reset continually.
 constexpr std::size_t kMaxSegments = 4000;
 /// Only whole segments are dropped, so the commands of one segment get this part of the memory.
 constexpr std::uint64_t kMinSegments = 8;

@@ -15,12 +15,12 @@
 
 namespace aprsim::world {
 
-/// How much of the past is kept: the latest of it that is within both.
+/// Limits of the kept past; both apply.
 struct HistoryLimits {
   std::uint64_t steps = 600'000;
   std::uint64_t bytes = std::uint64_t{128} << 20;  ///< of memory, approximately
-  /// Between two checkpoints, unless commands fill the memory sooner; from one to a moment after it
-  /// the world is stepped. A multiple of kSampleSteps.
+  /// Steps between two checkpoints, fewer if commands fill the memory sooner. The world is stepped
+  /// from a checkpoint to a moment after it. A multiple of kSampleSteps.
   std::uint64_t checkpoint_steps = 2000;
 };
 
@@ -55,11 +55,11 @@ class HistoryRecords final : public Recorder {
   }
 
   // ---- Thread: any
-  /// The run has got at least that far.
+  /// The run has reached at least this moment.
   void reach(RunTime time);
-  /// Drops the older half of what is kept, where the process runs short of memory.
+  /// Drops the older half of the records when the process runs short of memory.
   void drop_older_half();
-  /// Without their times.
+  /// Times are not filled in.
   [[nodiscard]] std::vector<api::HistorySpan> spans() const;
   /// Null when the moment is not kept.
   [[nodiscard]] std::optional<PastCourse> course_to(api::Moment moment) const;
@@ -67,7 +67,7 @@ class HistoryRecords final : public Recorder {
   [[nodiscard]] std::uint64_t bytes() const;
 
  private:
-  /// The course from one state to the next.
+  /// The part of a run from one state to the next.
   struct Segment {
     RunTime begin;
     std::shared_ptr<const WorldState> state;
@@ -88,7 +88,7 @@ class HistoryRecords final : public Recorder {
   const HistoryLimits limits_;
   std::atomic<bool> wants_checkpoint_{false};
   mutable std::mutex mutex_;
-  std::deque<Segment> segments_;  ///< by their begin
+  std::deque<Segment> segments_;  ///< ordered by begin
   std::map<std::uint64_t, Epoch> epochs_;
   std::uint64_t bytes_ = 0;
 };

@@ -9,8 +9,7 @@
 
 namespace aprsim::world {
 
-/// States of moments that were worked out, the least recently used ones given up first. Thread:
-/// one.
+/// LRU cache of computed states of past moments. Thread: one.
 class PastStates {
  public:
   explicit PastStates(std::uint64_t max_bytes) : max_bytes_(max_bytes) {}

@@ -8,11 +8,11 @@
 
 namespace aprsim::world {
 
-/// Tells several recorders what one hears. A checkpoint that only one of them has asked for is for
-/// that one. Thread: sim.
+/// Forwards all records to several recorders. A checkpoint goes only to the recorders that wanted
+/// it. Thread: sim.
 class Recorders final : public Recorder {
  public:
-  /// They outlive it; null ones are left out.
+  /// The recorders outlive this object; null ones are ignored.
   explicit Recorders(const std::vector<Recorder*>& all);
 
   void began(RunTime time, std::uint64_t seed, const std::string* loaded,
@@ -26,7 +26,7 @@ class Recorders final : public Recorder {
 
  private:
   std::vector<Recorder*> all_;
-  bool began_ = false;  ///< the next checkpoint is for everybody
+  bool began_ = false;  ///< the next checkpoint goes to all
 };
 
 }  // namespace aprsim::world

@@ -11,10 +11,10 @@
 namespace aprsim::world {
 namespace {
 
-/// From one kept state to the next: a step back takes as many steps at most.
+/// Steps between cached states; a step back recomputes at most this many.
 constexpr std::uint64_t kStateSteps = 200;
-/// Against 0 of the daemon's other threads. The lowest would starve whoever looks at the past of a
-/// busy machine; this one gets a tenth of what they do where there is not enough for all.
+/// Niceness; the daemon's other threads have 0. On a busy machine this thread gets a tenth of their
+/// share; at 19 queries of the past would starve.
 constexpr int kNice = 10;
 
 Error not_kept(api::Moment moment) {
@@ -82,7 +82,7 @@ void TimeMachine::ask(api::Moment moment, Answer answer) {
   {
     std::unique_lock lock(mutex_);
     if (ended_ || asked_.size() >= kMaxWaiting) {
-      const char* why = ended_ ? "the daemon stops" : "too many moments are being worked out";
+      const char* why = ended_ ? "the daemon stops" : "too many moments are being computed";
       lock.unlock();
       return answer(fail(ErrorCode::kUnavailable, "history", why));
     }
@@ -92,7 +92,7 @@ void TimeMachine::ask(api::Moment moment, Answer answer) {
 }
 
 std::vector<api::Bookmark> TimeMachine::bookmarks() const {
-  catch_up();  // one may stand at the present moment
+  catch_up();  // the request may be for the present moment
   auto all = bookmarks_.all();
   std::erase_if(all, [this](const api::Bookmark& b) { return !records_.keeps(b.moment); });
   for (api::Bookmark& bookmark : all) bookmark.time = time_of(bookmark.moment.step);
@@ -124,7 +124,7 @@ void TimeMachine::run(const std::stop_token& stop) {
     } catch (const std::exception& failure) {
       at_.reset();
       worked_out = fail(ErrorCode::kUnavailable, "history",
-                        "the moment cannot be worked out: " + std::string(failure.what()));
+                        "the moment cannot be computed: " + std::string(failure.what()));
     }
     next.answer(std::move(worked_out));
   }

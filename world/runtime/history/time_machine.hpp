@@ -26,8 +26,8 @@ class TimeMachine final : public api::History {
   /// Moments that may wait to be computed at once.
   static constexpr std::size_t kMaxWaiting = 64;
 
-  /// `max_state_bytes`: of the states that it keeps for queries nearby. `run`: how far the run has
-  /// got; null = as far as the records say. All outlive the machine.
+  /// `max_state_bytes`: limit of the states cached for nearby queries. `run`: progress of the run;
+  /// null = that of the records. All outlive the machine.
   TimeMachine(std::shared_ptr<const scene::Scene> scene, HistoryRecords& records,
               Bookmarks& bookmarks, const api::SnapshotSource* run,
               std::uint64_t max_state_bytes = std::uint64_t{48} << 20);
@@ -44,8 +44,8 @@ class TimeMachine final : public api::History {
     return bookmarks_.remove(id);
   }
 
-  /// Answers what waits with kUnavailable and ends the thread. Also more than once. Thread: not the
-  /// machine's.
+  /// Answers waiting requests with kUnavailable and ends the thread; may be called twice. Thread:
+  /// not the machine's.
   void stop();
 
  private:

@@ -8,7 +8,7 @@
 namespace aprsim::world {
 namespace {
 
-/// Copied while the simulation may have to wait for it.
+/// Events copied under the lock at once; the simulation may wait for that.
 constexpr std::size_t kMostAtOnce = 256;
 /// Memory of an event on average, and of the smallest log.
 constexpr std::size_t kEventBytes = 256, kLeastBytes = std::size_t{64} << 10;

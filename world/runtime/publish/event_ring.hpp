@@ -17,7 +17,7 @@ class EventRing {
   /// Keeps at most `capacity` events (>= 1), fewer where they need more than `bytes`.
   EventRing(std::size_t capacity, std::size_t bytes);
 
-  /// Appends an event and drops the oldest ones that are in its way. Texts that do not fit into an
+  /// Appends an event and drops the oldest ones to make room. Texts that do not fit into an
   /// eighth of the ring are cut.
   void push(const api::CellEvent& event);
 

@@ -13,8 +13,8 @@
 namespace aprsim::world {
 
 /// Holds the latest snapshot. Readers copy a pointer under a lock that is held for nothing else,
-/// and a snapshot that its last reader lets go returns to a pool, so that publishing does not grow
-/// the heap.
+/// and a snapshot returns to a pool when its last reader releases it, so that publishing does not
+/// grow the heap.
 class SnapshotSlot {
  public:
   SnapshotSlot();
@@ -59,7 +59,7 @@ class SnapshotSlot {
   api::SnapshotPtr latest_;
   mutable unsigned waiting_for_any_ = 0;  ///< snapshot
   mutable unsigned waiting_for_step_ = 0;
-  mutable std::uint64_t first_step_ = 0;  ///< that one of them waits for, or one before it
+  mutable std::uint64_t first_step_ = 0;  ///< lower bound of the steps that readers wait for
 };
 
 inline SnapshotSlot::SnapshotSlot()
@@ -75,13 +75,13 @@ inline void SnapshotSlot::publish(std::unique_ptr<api::Snapshot> snapshot) {
   {
     const std::lock_guard lock(mutex_);
     latest_.swap(next);
-    // Waking a thread costs as much as many a step.
+    // Waking a thread can cost as much as a step.
     wakes = waiting_for_any_ > 0 || (waiting_for_step_ > 0 && (latest_->step >= first_step_ ||
                                                                latest_->epoch != next->epoch ||
                                                                !latest_->world_fault.empty()));
   }
   if (wakes) published_.notify_all();
-  // `next`, the former latest, is let go here, outside the lock.
+  // `next`, the previous snapshot, is released here, outside the lock.
 }
 
 inline api::SnapshotPtr SnapshotSlot::latest() const {

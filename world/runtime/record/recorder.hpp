@@ -36,8 +36,8 @@ inline constexpr std::uint64_t kSampleSteps = 1000, kCheckpointSteps = 10'000;
 class Recorder {
  public:
   virtual ~Recorder() = default;
-  /// The world is that of this seed and the scene, or of a saved state whose checkpoint follows
-  /// (its name; null = none), which has the scene with what was changed of it.
+  /// An epoch begins, with this seed and scene, or with a saved state (its name; null = none). The
+  /// checkpoint of that state follows; it has the edited scene.
   virtual void began(RunTime time, std::uint64_t seed, const std::string* loaded,
                      const std::shared_ptr<const scene::Scene>& scene) = 0;
   /// A command took effect after the step; null = nothing failed.

@@ -6,9 +6,9 @@
 namespace aprsim::world {
 namespace {
 
-/// Lateness that is caught up in bursts; beyond it, steps are given up.
+/// Lateness that is caught up in bursts; beyond it steps are dropped.
 constexpr std::chrono::milliseconds kMaxLateness{50};
-/// Steps between two looks at the command queue.
+/// Steps between two polls of the command queue.
 constexpr std::int64_t kBurst = 5;
 constexpr std::chrono::milliseconds kWindow{1000};
 /// The first window is shorter, so that figures exist soon after the start.

@@ -9,15 +9,15 @@ namespace aprsim::world {
 using WallTime = std::chrono::steady_clock::time_point;
 
 /// Decides how many steps are due by the wall clock, and measures what was reached. The clock is
-/// passed in. Overload gives steps up and counts them; it never lengthens a step nor catches up
-/// without bound. Thread: sim.
+/// passed in. Overload drops steps and counts them. Steps are never lengthened, and catching up
+/// is bounded. Thread: sim.
 class Pacer {
  public:
   Pacer(std::chrono::nanoseconds step, WallTime now);
 
   /// Target ratio of simulated to wall time; nullopt = as fast as possible.
   void set_speed(std::optional<double> factor, WallTime now);
-  /// Forgets time that passed while nothing was to be stepped.
+  /// Discards the time that passed while the cell was not stepped.
   void restart(WallTime now);
 
   /// Steps to take now, at most a short burst.
@@ -27,7 +27,7 @@ class Pacer {
 
   /// Call after each step with the wall time it took.
   void stepped(WallTime now, std::chrono::nanoseconds cost);
-  /// Call now and then also when nothing steps, so that the measurement decays.
+  /// Call regularly also without steps, so that the measurement decays.
   void measure(WallTime now);
 
   [[nodiscard]] std::optional<double> speed() const { return factor_; }
@@ -39,7 +39,7 @@ class Pacer {
   std::chrono::nanoseconds step_;
   std::optional<double> factor_ = 1.0;
   WallTime origin_;            ///< when step number 0 of this count was due
-  std::uint64_t counted_ = 0;  ///< steps taken or given up since origin_
+  std::uint64_t counted_ = 0;  ///< steps taken or dropped since origin_
   std::uint64_t missed_ = 0;
   WallTime window_start_;
   std::uint64_t window_steps_ = 0;

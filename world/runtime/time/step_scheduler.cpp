@@ -7,7 +7,7 @@
 namespace aprsim::world {
 namespace {
 
-/// Steps between two looks at the command queue, while clients pace.
+/// Steps between two polls of the command queue while clients pace.
 constexpr TimeBarrier::Steps kPacedBurst = 5;
 
 std::unique_ptr<VirtualClock> make_clock(std::optional<VirtualTimeOptions> options, SimTime step,

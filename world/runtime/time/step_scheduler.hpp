@@ -39,10 +39,10 @@ class StepScheduler {
 
   /// Steps to take now, at most a short burst.
   [[nodiscard]] int steps_due(WallTime now);
-  /// When to look again while no step is due.
+  /// Time of the next check while no step is due.
   [[nodiscard]] WallTime next_turn(WallTime now);
 
-  /// Time until now is not caught up with: the cell was paused, stopped or restored.
+  /// Restarts the pace at this moment, after a pause, a stop or a load.
   void restart(WallTime now) { pacer_.restart(now); }
   /// Once a turn while the cell is paused or stopped.
   void idle(WallTime now);

@@ -27,8 +27,9 @@ class TimeBarrier {
   using Steps = std::uint64_t;
 
   struct Options {
-    std::vector<std::string> declared;  ///< roles, one for each place; none = whoever joins
-    std::chrono::nanoseconds grace{};   ///< of silence before a client is given up; 0 = never
+    std::vector<std::string>
+        declared;  ///< roles, one for each place; none = every client that joins
+    std::chrono::nanoseconds grace{};  ///< silence after which a client is excluded; 0 = never
   };
 
   explicit TimeBarrier(Options options);
@@ -39,7 +40,7 @@ class TimeBarrier {
   [[nodiscard]] std::optional<api::PacerId> join(api::PacerRole role, WallTime now);
   /// The member waits until `steps` have been taken. 0, for feeds only: until cut().
   void request_until(api::PacerId id, Steps steps);
-  /// The present request is its last; no other client is given up for its sake.
+  /// Marks the present request as its last one; no other client is excluded for its sake.
   void finish(api::PacerId id);
   void leave(api::PacerId id, WallTime now);
   /// Time does not wait for its place once it has left, until another client takes the place.
@@ -54,9 +55,9 @@ class TimeBarrier {
   void step() { ++now_; }
   /// Members whose time has come. Time waits for their next requests.
   [[nodiscard]] std::vector<api::PacerId> take_reached(WallTime now);
-  /// All waiting clients, whatever they requested: the cell is paused, and none shall wait for it.
+  /// All waiting clients: the cell is paused, and no client shall wait for it.
   [[nodiscard]] std::vector<api::PacerId> release_clients(WallTime now);
-  /// Gives up clients that have been silent for longer than the grace time; with declared pacers
+  /// Excludes clients that have been silent for longer than the grace time; with declared pacers
   /// only while another client waits.
   void expire(WallTime now);
 
@@ -72,7 +73,7 @@ class TimeBarrier {
     bool waiting = false;   ///< for its request to be met
     Steps until = 0;        ///< while waiting: the step of its request
     WallTime since{};       ///< when it was last answered
-    bool absent = false;    ///< given up
+    bool absent = false;    ///< excluded
     bool finished = false;  ///< its present request is the last
   };
   struct Place {
@@ -99,7 +100,7 @@ class TimeBarrier {
   std::vector<Member> members_;  ///< by kind and endpoint
   Steps now_ = 0;
   api::PacerId last_id_ = 0;
-  std::optional<WallTime> begun_;  ///< since when all declared are there
+  std::optional<WallTime> begun_;  ///< when all declared pacers were present
   bool was_paced_ = true;
   std::uint64_t expired_ = 0, fallbacks_ = 0;
 };

@@ -112,7 +112,7 @@ class ObjectReader {
     for (StaticBox& bar : holder.bars) {
       if (!fixed_.insert(bar.name).second) {
         keys["name"].error("a bar " + bar.name + " with the name of a fixed object",
-                           "names to differ");
+                           "unique names");
       }
       scene_.fixed.push_back(std::move(bar));
     }
@@ -231,7 +231,7 @@ class ObjectReader {
                            const std::string& what) {
     std::string name = read_name(node);
     if (!claimed.insert(name).second) {
-      node.error("a second " + what + ' ' + name, "names to differ");
+      node.error("a second " + what + ' ' + name, "unique names");
     }
     return name;
   }

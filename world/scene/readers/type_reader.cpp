@@ -91,7 +91,7 @@ TrayType read_tray_type(const yaml::Node& node, const std::string& name, const T
     Slot slot = read_slot(item, types);
     for (const Slot& other : type.slots) {
       if (other.name == slot.name) {
-        item.error("a second slot " + slot.name, "slot names to differ");
+        item.error("a second slot " + slot.name, "unique slot names");
       }
     }
     type.slots.push_back(std::move(slot));

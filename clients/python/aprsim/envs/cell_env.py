@@ -154,7 +154,7 @@ class CellEnv(Env):
         elif cell is not None:
             with contextlib.suppress(Unreachable, TimedOut):
                 for name in self._kept:
-                    cell.forget(name)
+                    cell.delete_state(name)
         self._kept = []
         if self._daemon is not None:
             self._daemon.close()
@@ -218,7 +218,7 @@ class CellEnv(Env):
         self.cell.save(full)
         self._kept.append(full)
         if len(self._kept) > _MAX_KEPT:
-            self.cell.forget(self._kept.pop(1))
+            self.cell.delete_state(self._kept.pop(1))
 
     def _load(self, name: str) -> bool:
         """Load a saved state. False when there is none. The robot's last command ends before: after a

@@ -50,7 +50,7 @@ export class LineList {
           },
           button(simSeconds(line.time_s), () => this.seek(line.time_s), {class: 'link'}),
           ` ${line.wire === 'cell' ? '' : line.wire} ${arrow} `,
-          line.what
+          line.text
         );
       })
     );

@@ -148,7 +148,7 @@ class Player {
   private turnTo(scene: MotionHeader): void {
     this.scene = scene;
     for (const state of [this.state, this.charted]) {
-      state.connection.onUpdate({body: {case: 'looks', value: scene.looks!}} as never);
+      state.connection.onUpdate({body: {case: 'appearance', value: scene.appearance!}} as never);
       state.connection.onUpdate({body: {case: 'cell', value: scene.cell!}} as never);
     }
   }

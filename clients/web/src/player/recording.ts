@@ -9,7 +9,7 @@ export interface Line {
   time_s: number;
   wire: string; // "cell" for an event in the cell
   direction: 'in' | 'out' | '';
-  what: string;
+  text: string;
 }
 
 /** Data of the run besides its motion. */

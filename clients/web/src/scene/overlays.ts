@@ -1,6 +1,6 @@
 // Overlays that explain the cell: tool paths, cameras, light barriers.
 import * as THREE from 'three';
-import type {CellDescription, CellLooks, Pose, Snapshot} from '../protocol';
+import type {CellDescription, CellAppearance, Pose, Snapshot} from '../protocol';
 import {toMatrix, toVector} from './convert';
 import {painted} from './materials';
 
@@ -51,7 +51,7 @@ export class Cameras {
   readonly root = new THREE.Group();
   private readonly frames: {X_WV: THREE.Matrix4; marks: THREE.InstancedMesh}[] = [];
 
-  constructor(cell: CellDescription, looks: CellLooks | null, colors: number[]) {
+  constructor(cell: CellDescription, appearance: CellAppearance | null, colors: number[]) {
     cell.robots.forEach((robot, i) => {
       const X_WV = toMatrix(robot.baseInWorld)
         .multiply(toMatrix(robot.referenceInBase))
@@ -67,7 +67,7 @@ export class Cameras {
       marks.renderOrder = 9;
       this.root.add(marks);
       this.frames.push({X_WV, marks});
-      const camera = looks?.robots[i];
+      const camera = appearance?.robots[i];
       if (!camera) return;
       const lens = toVector(camera.cameraM),
         min = toVector(camera.areaMinM),

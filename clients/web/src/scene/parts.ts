@@ -5,7 +5,7 @@ import {
   type BodyDescription,
   type BodyState,
   type CellDescription,
-  type CellLooks
+  type CellAppearance
 } from '../protocol';
 import {place, toVector} from './convert';
 import {surface, type SurfaceMaterial} from './materials';
@@ -38,7 +38,7 @@ export class Parts {
   private readonly plain = surface({vertexColors: true, roughness: 0.55, metalness: 0.02});
   private readonly grouped = new Map<string, SurfaceMaterial>();
 
-  constructor(cell: CellDescription, looks: CellLooks | null) {
+  constructor(cell: CellDescription, appearance: CellAppearance | null) {
     const shapes = new Map<string, THREE.BufferGeometry>();
     const gears = [
       ...new Set(cell.bodies.filter((b) => b.kind === BodyKind.GEAR).map((b) => b.type))
@@ -53,11 +53,11 @@ export class Parts {
     cell.bodies.forEach((body, index) => {
       let shape = shapes.get(body.type);
       if (!shape)
-        shapes.set(body.type, (shape = geometryOf(body, looks, gears.indexOf(body.type))));
+        shapes.set(body.type, (shape = geometryOf(body, appearance, gears.indexOf(body.type))));
       const mesh = new THREE.Mesh(shape, this.plain);
       mesh.castShadow = mesh.receiveShadow = true;
       mesh.userData.pick = {kind: 'body', index};
-      const label = trayLabel(body, looks);
+      const label = trayLabel(body, appearance);
       if (label) mesh.add(label);
       this.meshes.push(mesh);
       this.root.add(mesh);
@@ -98,7 +98,7 @@ export function groupOf(body: BodyState): string {
 
 function geometryOf(
   body: BodyDescription,
-  looks: CellLooks | null,
+  appearance: CellAppearance | null,
   gear: number
 ): THREE.BufferGeometry {
   const {geometry} = body;
@@ -109,7 +109,7 @@ function geometryOf(
       hubBottomRadiusM = 0,
       hubHeightM = 0,
       teethRadiusM = 0
-    } = looks?.gears.find((g) => g.type === body.type) ?? {};
+    } = appearance?.gears.find((g) => g.type === body.type) ?? {};
     const sizes = {
       discRadiusM,
       discHeightM,
@@ -127,14 +127,14 @@ function geometryOf(
   }
   if (geometry.case !== 'tray') return new THREE.BoxGeometry(0.02, 0.02, 0.02);
   const tray = geometry.value;
-  const pockets = pocketsOf(body, looks);
+  const pockets = pocketsOf(body, appearance);
   const color = new THREE.Color(body.kind === BodyKind.KIT_TRAY ? kKitTray : kPartTray);
   return trayGeometry(toVector(tray.boxMinM), toVector(tray.boxMaxM), pockets, color);
 }
 
-function pocketsOf(body: BodyDescription, looks: CellLooks | null): Pocket[] {
+function pocketsOf(body: BodyDescription, appearance: CellAppearance | null): Pocket[] {
   if (body.geometry.case !== 'tray') return [];
-  const recesses = looks?.trays.find((t) => t.type === body.type)?.pockets ?? [];
+  const recesses = appearance?.trays.find((t) => t.type === body.type)?.pockets ?? [];
   return body.geometry.value.slots.flatMap((slot, i) => {
     const p = toVector(slot.slotInTray?.positionM),
       recess = recesses[i];
@@ -145,11 +145,11 @@ function pocketsOf(body: BodyDescription, looks: CellLooks | null): Pocket[] {
 }
 
 /** A label with the tray's name on its top, where no pocket is; null where there is no room. */
-function trayLabel(body: BodyDescription, looks: CellLooks | null): THREE.Mesh | null {
+function trayLabel(body: BodyDescription, appearance: CellAppearance | null): THREE.Mesh | null {
   if (body.geometry.case !== 'tray') return null;
   const min = toVector(body.geometry.value.boxMinM),
     max = toVector(body.geometry.value.boxMaxM);
-  const place = labelPlace(min, max, pocketsOf(body, looks));
+  const place = labelPlace(min, max, pocketsOf(body, appearance));
   if (!place) return null;
   const kit = body.kind === BodyKind.KIT_TRAY;
   const label = flatLabel(

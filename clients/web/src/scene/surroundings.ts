@@ -1,6 +1,6 @@
 // Fixed parts of the cell: floor, tables, conveyor frame; and the moving texture of the belt.
 import * as THREE from 'three';
-import type {CellLooks, ConveyorDescription} from '../protocol';
+import type {CellAppearance, ConveyorDescription} from '../protocol';
 import {place, toVector} from './convert';
 import {painted, solid, surface} from './materials';
 import {segments, software} from './quality';
@@ -63,9 +63,9 @@ function opticalTop(size: THREE.Vector3): THREE.Material {
 }
 
 /** Tables and frames: boxes of the scene, with legs under raised ones. */
-export function makeFixed(looks: CellLooks): THREE.Group {
+export function makeFixed(appearance: CellAppearance): THREE.Group {
   const group = new THREE.Group();
-  for (const box of looks.fixed) {
+  for (const box of appearance.fixed) {
     const size = toVector(box.sizeM);
     const piece = new THREE.Group();
     place(piece, box.boxInWorld);

@@ -388,14 +388,14 @@ export class View implements CellView {
           this.selected = null;
         });
     }
-    this.parts = new Parts(cell, this.state.looks);
+    this.parts = new Parts(cell, this.state.appearance);
     this.belt = cell.conveyor ? new Belt(cell.conveyor) : null;
-    this.cameras = new Cameras(cell, this.state.looks, kRobotColors);
+    this.cameras = new Cameras(cell, this.state.appearance, kRobotColors);
     this.eyes = new PhotoEyes(cell);
     this.curtain = new LightCurtain(cell);
     this.goals = new Goals(cell, kRobotColors);
     this.trails = cell.robots.map((_, i) => new Trail(kRobotColors[i % kRobotColors.length]!));
-    this.fixed = this.state.looks ? makeFixed(this.state.looks) : undefined;
+    this.fixed = this.state.appearance ? makeFixed(this.state.appearance) : undefined;
     if (this.fixed) this.content.add(this.fixed);
     this.content.add(
       this.parts.root,

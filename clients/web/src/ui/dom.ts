@@ -36,6 +36,23 @@ export function card(title: string, ...children: Child[]): HTMLElement {
   return h('section', {class: 'card'}, h('h2', {}, title), ...children);
 }
 
+/** A link to a page of the documents that explains `subject`. */
+export function docsLink(page: string, subject: string): HTMLAnchorElement {
+  const label = `Documentation: ${subject}`;
+  return h(
+    'a',
+    {
+      class: 'explain',
+      href: `docs/${page}`,
+      target: '_blank',
+      rel: 'noopener',
+      title: label,
+      'aria-label': label
+    },
+    '?'
+  );
+}
+
 /** A table of names and values; `set` changes a value. */
 export class Facts {
   readonly element = h('dl', {class: 'facts'});

@@ -66,9 +66,9 @@ export class FaultPanel {
 
   /** Lasting faults first, then the latest. */
   private get shown(): Fault[] {
-    const first = (fault: Fault): boolean => fault.holds && serious(fault);
+    const first = (fault: Fault): boolean => fault.active && serious(fault);
     return this.all
-      .filter((fault) => fault.holds || this.cleared.get(fault.id) !== fault.count)
+      .filter((fault) => fault.active || this.cleared.get(fault.id) !== fault.count)
       .sort(
         (a, b) =>
           Number(first(b)) - Number(first(a)) ||
@@ -106,7 +106,7 @@ export class FaultPanel {
         'div',
         {},
         h('strong', {}, fault.source),
-        h('span', {class: 'kind'}, fault.holds ? `${kind}, lasts` : kind),
+        h('span', {class: 'kind'}, fault.active ? `${kind}, lasts` : kind),
         fault.count > 1n ? h('span', {class: 'times'}, `${fault.count}×`) : null
       ),
       h('div', {}, units.inText(fault.message)),
@@ -153,16 +153,16 @@ export class FaultPanel {
       make('text', {x: 0, y: 20 * i + 14}, lane);
       make('line', {x1: left, x2: width - 4, y1: 20 * i + 10, y2: 20 * i + 10});
     });
-    for (const {source, severity, first, last, holds} of this.shown) {
+    for (const {source, severity, first, last, active} of this.shown) {
       const lane = lanes.indexOf(source);
       if (lane < 0 || !last || last.epoch !== snapshot.epoch) continue;
-      const end = holds ? now : last.simTimeS;
+      const end = active ? now : last.simTimeS;
       if (end < from) continue;
       const kind = kKinds[severity] ?? 'note',
         y = 20 * lane + 10;
       // A circle at the last occurrence, a line while it lasts, a small circle at the first one.
       make('circle', {cx: x(last.simTimeS), cy: y, r: kind === 'note' ? 3 : 5, class: kind});
-      if (holds)
+      if (active)
         make('line', {x1: x(last.simTimeS), x2: x(end), y1: y, y2: y, class: `${kind} span`});
       if (first && first.epoch === last.epoch && first.simTimeS >= from)
         make('circle', {cx: x(first.simTimeS), cy: y, r: 3, class: kind});

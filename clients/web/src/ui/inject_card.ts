@@ -2,7 +2,7 @@
 import type {FaultKind, FaultParameter} from '../protocol';
 import type {State} from '../state';
 import type {Access} from './access';
-import {card, h, text} from './dom';
+import {card, docsLink, h, text} from './dom';
 import {FaultTarget} from './fault_target';
 import {duration, FaultTrigger, numberIn} from './fault_trigger';
 
@@ -71,6 +71,7 @@ export class InjectCard {
       h('form', {novalidate: true, onsubmit: (e: Event) => this.submit(e, this.report)}, report),
       this.complaint
     );
+    this.element.querySelector('h2')!.append(' ', docsLink('faults.html', 'injected faults'));
     state.faultKindsChanged.on(() => this.offer());
     state.cellChanged.on(() => this.offer());
   }

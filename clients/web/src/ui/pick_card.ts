@@ -104,7 +104,7 @@ export class PickCard {
       this.facts.set('load', `${snapshot.conveyor?.loadKg.toFixed(2)} kg`);
     } else {
       name = pick.name;
-      const box = this.state.looks?.fixed.find((b) => b.name === pick.name);
+      const box = this.state.appearance?.fixed.find((b) => b.name === pick.name);
       const s = box?.sizeM;
       if (s)
         this.facts.set(

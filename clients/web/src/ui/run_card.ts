@@ -152,7 +152,7 @@ function stateOf(status: ProgramStatus): string {
   const time = status.timeS > 0 ? `, ${simSeconds(status.timeS)}` : '';
   if (status.stopping && status.running) return `${status.name} is stopping`;
   if (status.running) return `${status.name} running: ${parts}${time}`;
-  return `${status.name}: ${status.ended}; ${parts}${time}`;
+  return `${status.name}: ${status.endReason}; ${parts}${time}`;
 }
 
 function line(order: OrderProgress): HTMLElement {

@@ -1,8 +1,9 @@
-import {h} from './dom';
+import {docsLink, h} from './dom';
 
 export interface Tab {
   name: string;
   content: HTMLElement;
+  docs?: string; // page of the documents that explains the panel
   mark?: HTMLElement;
 }
 
@@ -10,6 +11,7 @@ export interface Tab {
 export class Tabs {
   readonly element = h('div', {class: 'tabs'});
   private readonly heads: HTMLButtonElement[];
+  private readonly links: (HTMLAnchorElement | null)[];
 
   constructor(
     private readonly tabs: Tab[],
@@ -29,6 +31,7 @@ export class Tabs {
         tab.mark
       )
     );
+    this.links = tabs.map(({name, docs}) => (docs ? docsLink(docs, name) : null));
     const list = h(
       'div',
       {class: 'tablist', role: 'tablist', 'aria-label': 'Panels'},
@@ -49,13 +52,18 @@ export class Tabs {
       tab.content.setAttribute('aria-labelledby', `tab-${tab.name}`);
       tab.content.tabIndex = 0;
     }
-    this.element.append(list, ...tabs.map((tab) => tab.content));
+    this.element.append(
+      h('div', {class: 'tabrow'}, list, ...this.links),
+      ...tabs.map((tab) => tab.content)
+    );
     this.open(0);
   }
 
   open(index: number): void {
     this.tabs.forEach((tab, i) => {
       tab.content.hidden = i !== index;
+      const link = this.links[i];
+      if (link) link.hidden = i !== index;
       this.heads[i]!.setAttribute('aria-selected', String(i === index));
       this.heads[i]!.tabIndex = i === index ? 0 : -1;
     });

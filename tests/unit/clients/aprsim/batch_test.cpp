@@ -153,7 +153,7 @@ Episode episode(std::uint64_t seed) {
   const bool good = grip < 0.6;
   Episode out{.seed = seed,
               .as_expected = good,
-              .ended = "the controller is done",
+              .end_reason = "the controller is done",
               .state_hash = "00000000000000ff",
               .values = {{"drops", good ? 0 : 1}, {"run_s", 4 + other}},
               .drawn = {{"grip_share", grip}, {"other_m", other - 0.5}}};

@@ -36,12 +36,12 @@ TEST(CliArguments, CommandsKeepTheirOptions) {
 }
 
 TEST(CliArguments, IntruderIsPlacedOrRemoved) {
-  const auto put = parse_as<client::IntruderCommand>({"intruder", "put", "0.5", "-1.75"});
+  const auto put = parse_as<client::IntruderCommand>({"intruder", "place", "0.5", "-1.75"});
   ASSERT_TRUE(put.xy_m.has_value());
   EXPECT_EQ((*put.xy_m)[1], -1.75);
   EXPECT_EQ(put.size_m[2], 1.75);
   const auto box = parse_as<client::IntruderCommand>(
-      {"intruder", "put", "0", "0", "--size", "0.1", "0.2", "0.3"});
+      {"intruder", "place", "0", "0", "--size", "0.1", "0.2", "0.3"});
   EXPECT_EQ(box.size_m[1], 0.2);
   EXPECT_FALSE(parse_as<client::IntruderCommand>({"intruder", "remove"}).xy_m.has_value());
 }

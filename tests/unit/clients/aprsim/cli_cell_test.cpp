@@ -44,7 +44,7 @@ TEST_F(CliCell, StatusShowsErrorsAndFaults) {
 
 TEST_F(CliCell, AnIntruderIsPutAndRemoved) {
   start();
-  const auto put = cli({"intruder", "put", "0.2", "-1.75"});
+  const auto put = cli({"intruder", "place", "0.2", "-1.75"});
   ASSERT_EQ(put.exit_code, 0) << put.err;
   EXPECT_NE(put.out.find("light curtain broken"), std::string::npos) << put.out;
   const auto intruder = cell_->latest()->intruder;

@@ -207,7 +207,7 @@ class Reports(unittest.TestCase):
     def test_measures_that_are_not_known_are_left_out(self):
         report = read_report(
             {
-                "scenario": "s", "seed": 2, "ended": "all done", "as_expected": False,
+                "scenario": "s", "seed": 2, "end_reason": "all done", "as_expected": False,
                 "measures": {"kits_right": 1.0, "kit_mean_s": None},
                 "expected": [
                     {"measure": "kits_right", "value": 1.0, "min": 2.0, "max": None, "kept": False}

@@ -38,13 +38,13 @@ class Audit : public testing::Test {
 TEST_F(Audit, KeepsEachCommandAsALine) {
   open()->write({.wire = "grpc",
                  .peer = "10.0.0.1:4711",
-                 .who = "token a \"b\"",
+                 .identity = "token a \"b\"",
                  .command = "Pause",
                  .request = "line\nbreak",
                  .outcome = "ok"});
   const auto all = lines();
   ASSERT_EQ(all.size(), 1U);
-  EXPECT_EQ(all[0]["who"], "token a \"b\"");
+  EXPECT_EQ(all[0]["identity"], "token a \"b\"");
   EXPECT_EQ(all[0]["request"], "line\nbreak");
   EXPECT_EQ(all[0]["outcome"], "ok");
   EXPECT_EQ(all[0]["time"].get<std::string>().size(), 24U);
@@ -94,16 +94,17 @@ TEST_F(Audit, HasTheCommandsOfTheWiresAndNotTheirPolls) {
     WireTap tap(cell);
     tap.audit_to(log.get());
     tap.want_polls(true);
-    tap.note({.source = "crcl.fanuc",
-              .peer = "p",
-              .from_client = true,
-              .type = "MoveToType",
-              .data = "<a/>"});
-    tap.note({.source = "crcl.fanuc", .from_client = true, .poll = true, .type = "GetStatusType"});
-    tap.note({.source = "crcl.fanuc", .type = "CRCLStatusType"});
-    tap.note(
+    tap.record({.source = "crcl.fanuc",
+                .peer = "p",
+                .from_client = true,
+                .type = "MoveToType",
+                .data = "<a/>"});
+    tap.record(
+        {.source = "crcl.fanuc", .from_client = true, .poll = true, .type = "GetStatusType"});
+    tap.record({.source = "crcl.fanuc", .type = "CRCLStatusType"});
+    tap.record(
         {.source = "modbus", .peer = "q", .from_client = true, .data = {'\x00', '\x10', '\xff'}});
-    tap.note({.source = "page", .from_client = true, .type = "pause"});
+    tap.record({.source = "page", .from_client = true, .type = "pause"});
   }
   const auto all = lines();
   ASSERT_EQ(all.size(), 2U);

@@ -180,7 +180,7 @@ TEST_F(Lifecycle, EndCanonLeavesTheRobotInitialized) {
   TestClient client(port_);
   initialize(client);
   client.command(5, "EndCanonType");
-  EXPECT_NO_THROW(action<api::EndRobot>(ticket(2)));
+  EXPECT_NO_THROW(action<api::EndProgram>(ticket(2)));
   world_.report(0, 2, ActionState::kDone);
   expect(client.status(), 5, CommandState::kDone);
   client.command(6, "MessageType", "<Message>bye</Message>");

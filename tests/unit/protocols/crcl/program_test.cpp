@@ -53,7 +53,7 @@ TEST_F(Programs, RunInOrderEachCommandWhenTheLastIsDone) {
   finish(2);
   EXPECT_NO_THROW(action<api::Dwell>(ticket(3)));
   finish(3);
-  EXPECT_NO_THROW(action<api::EndRobot>(ticket(4)));
+  EXPECT_NO_THROW(action<api::EndProgram>(ticket(4)));
   EXPECT_EQ(client.status().command.state, CommandState::kWorking);
   finish(4);
   status = client.status().command;

@@ -14,7 +14,7 @@ namespace {
 
 class Kept final : public WireTrace {
  public:
-  void note(WireRecord record) override { records.push_back(std::move(record)); }
+  void record(WireRecord record) override { records.push_back(std::move(record)); }
   [[nodiscard]] std::string contents() const {
     std::string letters;
     for (const WireRecord& record : records) {

@@ -38,7 +38,7 @@ TEST_F(WireTapTest, KeepsCommandsFromTheStartWithBothTimes) {
     s.epoch = 2;
     s.time = std::chrono::milliseconds(2500);
   });
-  tap.note(command("crcl.fanuc", 7));
+  tap.record(command("crcl.fanuc", 7));
   const auto events = all(tap);
   ASSERT_EQ(events.size(), 1u);
   EXPECT_EQ(events[0]->id, 7);
@@ -50,25 +50,25 @@ TEST_F(WireTapTest, KeepsCommandsFromTheStartWithBothTimes) {
 
 TEST_F(WireTapTest, PollsAreKeptWhileWantedAndPushNoCommandOut) {
   WireTap tap(world);
-  tap.note(command("crcl.fanuc", 1));
-  tap.note(poll(0));
+  tap.record(command("crcl.fanuc", 1));
+  tap.record(poll(0));
   EXPECT_EQ(all(tap).size(), 1u);
   tap.want_polls(true);
-  for (std::size_t i = 0; i < WireTap::kMaxPolls + 10; ++i) tap.note(poll(-1, 10));
+  for (std::size_t i = 0; i < WireTap::kMaxPolls + 10; ++i) tap.record(poll(-1, 10));
   EXPECT_EQ(all(tap).size(), 1 + WireTap::kMaxPolls);
   EXPECT_EQ(all(tap, false).size(), 1u);
   tap.want_polls(false);
   EXPECT_EQ(all(tap).size(), 1u);
   tap.want_polls(true);
-  for (int i = 0; i < 1000; ++i) tap.note(poll(-1, WireTap::kMaxData));
+  for (int i = 0; i < 1000; ++i) tap.record(poll(-1, WireTap::kMaxData));
   EXPECT_LE(all(tap).size(), WireTap::kMaxPollBytes / WireTap::kMaxData);
   EXPECT_EQ(all(tap).front()->id, 1);
 }
 
 TEST_F(WireTapTest, AFloodPushesOutItsOwnCommandsOnly) {
   WireTap tap(world, 100'000);
-  for (int i = 0; i < 10; ++i) tap.note(command("crcl.motoman", i, 1000));
-  for (int i = 0; i < 5000; ++i) tap.note(command("crcl.fanuc", 100 + i, 1000));
+  for (int i = 0; i < 10; ++i) tap.record(command("crcl.motoman", i, 1000));
+  for (int i = 0; i < 5000; ++i) tap.record(command("crcl.fanuc", 100 + i, 1000));
   int others = 0;
   std::size_t bytes = 0;
   for (const auto& event : all(tap)) {
@@ -87,12 +87,13 @@ TEST_F(WireTapTest, OldCommandsGoOnceThereAreManyNewerOnes) {
   for (int i = 0; i < 600; ++i) {
     WireEvent old = command("crcl.fanuc", i);
     old.time -= WireTap::kKeep + std::chrono::seconds(1);
-    tap.note(std::move(old));
+    tap.record(std::move(old));
   }
   EXPECT_EQ(all(tap).size(), 600u) << "nothing newer: they are the latest";
-  for (int i = 0; i < 10; ++i) tap.note(command("crcl.fanuc", 1000 + i));
+  for (int i = 0; i < 10; ++i) tap.record(command("crcl.fanuc", 1000 + i));
   EXPECT_EQ(all(tap).size(), WireTap::kKeptAnyway);
-  for (std::size_t i = 0; i < 2 * WireTap::kKeptAnyway; ++i) tap.note(command("crcl.fanuc", 2000));
+  for (std::size_t i = 0; i < 2 * WireTap::kKeptAnyway; ++i)
+    tap.record(command("crcl.fanuc", 2000));
   EXPECT_EQ(all(tap).size(), 2 * WireTap::kKeptAnyway + 10) << "within the time all are kept";
 }
 
@@ -101,7 +102,7 @@ TEST_F(WireTapTest, LongDocumentsAreCutAndTextsMadeFit) {
   WireEvent event = command("crcl.fanuc", 1, WireTap::kMaxData + 100);
   event.type = "Bad\xff";
   event.state = std::string(5000, 'e');
-  tap.note(std::move(event));
+  tap.record(std::move(event));
   const auto events = all(tap);
   ASSERT_EQ(events.size(), 1u);
   EXPECT_EQ(events[0]->data.size(), WireTap::kMaxData);
@@ -114,7 +115,7 @@ TEST_F(WireTapTest, IsReadInPiecesWithoutLossOrRepetition) {
   WireTap tap(world);
   tap.want_polls(true);
   for (int i = 1; i <= 300; ++i) {
-    tap.note(i % 3 == 0 ? poll(i, 100) : command(i % 3 == 1 ? "a" : "b", i, 100));
+    tap.record(i % 3 == 0 ? poll(i, 100) : command(i % 3 == 1 ? "a" : "b", i, 100));
   }
   std::int64_t last = 0;
   std::uint64_t from = 1;

@@ -68,7 +68,7 @@ TEST(Exposure, CountsWhatOpensAndRestricts) {
   for (const std::size_t listener : {1, 4}) {
     expect(listener, "anyone may view, holders of a token or certificate may command according to");
   }
-  config.access.strangers_look = false;
+  config.access.allow_anonymous_view = false;
   expect(1,
          ": holders of a token or certificate may view, holders of a token or certificate may "
          "command");

@@ -109,7 +109,7 @@ TEST(AccessConfig, ReadsItsKeysAndWhatMustGoTogether) {
   const auto config = load_config("", overrides);
   ASSERT_TRUE(config.has_value()) << config.error().message;
   EXPECT_EQ(config->access.file, "a.yaml");
-  EXPECT_FALSE(config->access.strangers_look);
+  EXPECT_FALSE(config->access.allow_anonymous_view);
   EXPECT_FALSE(config->access.insecure_control);
   EXPECT_EQ(config->tls.client_ca, "ca.pem");
   EXPECT_TRUE(config->tls.client_needed);

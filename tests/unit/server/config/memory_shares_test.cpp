@@ -42,8 +42,8 @@ TEST(MemoryShares, OfTheDefaultLimitLeaveRoomInAContainerOf512MB) {
 }
 
 TEST(MemoryShares, TakeTheSizesThatTheirKeysSet) {
-  const auto shares =
-      shares_with({{"journal.memory_mb", "8"}, {"history.max_mb", "9"}, {"saved_states_mb", "10"}});
+  const auto shares = shares_with(
+      {{"journal.memory_mb", "8"}, {"history.max_mb", "9"}, {"memory.saved_states_mb", "10"}});
   ASSERT_TRUE(shares);
   EXPECT_EQ(shares->journal_ring, 8 * kMb);
   EXPECT_EQ(shares->history, 9 * kMb);

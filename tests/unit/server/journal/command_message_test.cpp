@@ -42,7 +42,7 @@ std::vector<api::RobotAction> every_action() {
                         .tolerance_rad = 0.1,
                         .held = {{1, 0.5}, {3, -1}}};
   return {api::InitRobot{},
-          api::EndRobot{},
+          api::EndProgram{},
           api::StopMotion{api::StopKind::kImmediate},
           api::StopMotion{api::StopKind::kFast},
           api::StopMotion{api::StopKind::kNormal},

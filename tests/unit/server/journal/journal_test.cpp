@@ -129,7 +129,7 @@ TEST_F(JournalOfARun, IsTheSameAgain) {
   const auto all = records();
   EXPECT_TRUE(all.back().has_end());
   const ReplayResult result = again(all);
-  EXPECT_FALSE(result.difference) << result.difference->what;
+  EXPECT_FALSE(result.difference) << result.difference->text;
   EXPECT_EQ(result.commands, 6U);
   EXPECT_EQ(result.steps, 1500U + 800U + 1000U);
   EXPECT_GE(result.compared, 3U);
@@ -166,8 +166,8 @@ TEST_F(JournalOfARun, IsNotTheSameWithAnotherCommand) {
   const ReplayResult result = again(all);
   ASSERT_TRUE(result.difference);
   EXPECT_EQ(result.difference->time, (world::RunTime{0, 1000}));
-  EXPECT_NE(result.difference->what.find("joint 1 of"), std::string::npos)
-      << result.difference->what;
+  EXPECT_NE(result.difference->text.find("joint 1 of"), std::string::npos)
+      << result.difference->text;
 }
 
 TEST_F(JournalOfARun, GoesOnFromACheckpointAfterLostCommands) {
@@ -183,7 +183,7 @@ TEST_F(JournalOfARun, GoesOnFromACheckpointAfterLostCommands) {
   }
   ASSERT_TRUE(behind);
   const ReplayResult result = again(rest);
-  EXPECT_FALSE(result.difference) << result.difference->what;
+  EXPECT_FALSE(result.difference) << result.difference->text;
   EXPECT_EQ(result.gaps, 1U);
   EXPECT_EQ(result.steps, 800U + 1000U);
 }
@@ -221,8 +221,8 @@ TEST_F(JournalOfARun, HasCheckpointsThatAreComparedByteForByte) {
     const ReplayResult result = again(changed);
     ASSERT_TRUE(result.difference) << "byte " << at;
     EXPECT_EQ(result.difference->time, (world::RunTime{0, 10'000}));
-    EXPECT_NE(result.difference->what.find("differs at byte"), std::string::npos)
-        << result.difference->what;
+    EXPECT_NE(result.difference->text.find("differs at byte"), std::string::npos)
+        << result.difference->text;
   }
   EXPECT_GE(tried, 3);
 }
@@ -312,7 +312,7 @@ TEST_F(JournalOfARun, IsInMemoryFromEveryCheckpointOn) {
               from)
         << last_s;
     const ReplayResult result = again(all);
-    EXPECT_FALSE(result.difference) << result.difference->what;
+    EXPECT_FALSE(result.difference) << result.difference->text;
     EXPECT_EQ(result.steps, 45'000 - from);
     EXPECT_GE(result.compared, (45'000 - from) / 1000);
   }
@@ -344,9 +344,9 @@ TEST_F(JournalOfARun, WiresThatFloodItAreToldAsAGapAndLoseNoCommand) {
     const auto connection = std::make_shared<const protocols::WireConnection>();
     submit(simulation, api::RobotCommand{0, api::InitRobot{}});
     for (int i = 0; i < 3000; ++i) {
-      journal.note({.connection = connection,
-                    .wall = std::chrono::system_clock::now(),
-                    .data = std::string(60'000, 'x')});
+      journal.record({.connection = connection,
+                      .wall = std::chrono::system_clock::now(),
+                      .data = std::string(60'000, 'x')});
       if (i % 1000 != 0) continue;
       submit(simulation, api::RobotCommand{0, api::StopMotion{}});
       submit(simulation, api::SimulationCommand(api::StepBy{400}));
@@ -365,7 +365,7 @@ TEST_F(JournalOfARun, WiresThatFloodItAreToldAsAGapAndLoseNoCommand) {
   EXPECT_GT(missing, 0U);
   EXPECT_EQ(lost_commands, 0U);
   const ReplayResult result = again(all);
-  EXPECT_FALSE(result.difference) << result.difference->what;
+  EXPECT_FALSE(result.difference) << result.difference->text;
   EXPECT_EQ(result.gaps, 0U);
   EXPECT_EQ(result.commands, 4U);
 }

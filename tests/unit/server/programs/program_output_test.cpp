@@ -30,8 +30,8 @@ TEST(ProgramOutput, ProgressIsTheLatest) {
 
 TEST(ProgramOutput, KeepsOutputAsLines) {
   ProgramStatus status;
-  EXPECT_FALSE(take_line(R"({"time_s": 1.25, "what": "fault begins: belt-jam"})", status));
-  EXPECT_FALSE(take_line(R"({"who": "fanuc", "text": "is ready", "at_s": 0.5})", status));
+  EXPECT_FALSE(take_line(R"({"time_s": 1.25, "event": "fault begins: belt-jam"})", status));
+  EXPECT_FALSE(take_line(R"({"source": "fanuc", "text": "is ready", "at_s": 0.5})", status));
   EXPECT_EQ(status.lines,
             (std::vector<std::string>{"1.25 s: fault begins: belt-jam", "fanuc: is ready"}));
   EXPECT_FALSE(take_line(R"({"report": "kits 4\nright 3\n"})", status));
@@ -49,7 +49,7 @@ TEST(ProgramOutput, LogsLinesThatAreNotJson) {
 TEST(ProgramOutput, IgnoresValuesOfAnotherType) {
   ProgramStatus status;
   EXPECT_FALSE(take_line(R"({"progress": {"time_s": "soon", "placed": -1, "orders": [
-      7, {"name": 3, "kits": 1e300, "done": null}]}, "what": [], "report": {}})",
+      7, {"name": 3, "kits": 1e300, "done": null}]}, "event": [], "report": {}})",
                          status));
   EXPECT_EQ(status.time_s, 0);
   EXPECT_EQ(status.placed, 0U);

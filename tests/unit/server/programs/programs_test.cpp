@@ -56,7 +56,7 @@ TEST_F(ProgramsTest, OneRunsToItsEndAndItsProgressIsTold) {
   const auto status = programs->status();
   EXPECT_EQ(status->name, "job");
   EXPECT_EQ(status->placed, 2U);
-  EXPECT_EQ(status->ended, "done");
+  EXPECT_EQ(status->end_reason, "done");
   EXPECT_FALSE(status->failed);
   EXPECT_EQ(status->lines,
             (std::vector<std::string>{"from the daemon, --seed 7", "oops", "no line end"}));
@@ -68,11 +68,11 @@ TEST_F(ProgramsTest, OneDiesAndTheNextRuns) {
   ASSERT_TRUE(programs->start("dies", {}));
   ASSERT_TRUE(ended());
   EXPECT_TRUE(programs->status()->failed);
-  EXPECT_EQ(programs->status()->ended, "ended with 3");
+  EXPECT_EQ(programs->status()->end_reason, "ended with 3");
   EXPECT_TRUE(says("no cell"));
   ASSERT_TRUE(programs->start("struck", {})) << "who is told of the end can start the next";
   ASSERT_TRUE(ended());
-  EXPECT_EQ(programs->status()->ended, "ended by signal 11");
+  EXPECT_EQ(programs->status()->end_reason, "ended by signal 11");
   ASSERT_TRUE(programs->start("well", {}));
   ASSERT_TRUE(ended());
   EXPECT_FALSE(programs->status()->failed);
@@ -84,7 +84,8 @@ TEST_F(ProgramsTest, OneThatCannotBeStartedIsTold) {
   ASSERT_TRUE(programs->start("gone", {}));
   ASSERT_TRUE(ended());
   EXPECT_TRUE(programs->status()->failed);
-  EXPECT_EQ(programs->status()->ended, "cannot start /no/such/program: No such file or directory");
+  EXPECT_EQ(programs->status()->end_reason,
+            "cannot start /no/such/program: No such file or directory");
 }
 
 TEST_F(ProgramsTest, RefusesWhatCannotBe) {
@@ -98,7 +99,7 @@ TEST_F(ProgramsTest, RefusesWhatCannotBe) {
   ASSERT_TRUE(eventually([&] { return says("here"); }));
   ASSERT_TRUE(programs->stop());
   ASSERT_TRUE(ended());
-  EXPECT_EQ(programs->status()->ended, "stopped");
+  EXPECT_EQ(programs->status()->end_reason, "stopped");
   EXPECT_FALSE(programs->status()->failed);
 }
 
@@ -125,7 +126,7 @@ TEST_F(ProgramsTest, OneThatDoesNotEndIsKilledWithItsChildren) {
   ASSERT_TRUE(programs->stop());
   ASSERT_TRUE(ended());
   EXPECT_TRUE(programs->status()->failed);
-  EXPECT_EQ(programs->status()->ended, "killed: it did not end on SIGTERM");
+  EXPECT_EQ(programs->status()->end_reason, "killed: it did not end on SIGTERM");
   // Nobody here waits for the inner one; it is gone, or a corpse without a command line.
   EXPECT_TRUE(eventually([&] {
     std::ifstream command("/proc/" + std::to_string(inner) + "/cmdline");

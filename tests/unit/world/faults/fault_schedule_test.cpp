@@ -123,7 +123,7 @@ TEST_F(Schedule, MomentaryOnesAreOverAtOnce) {
   EXPECT_EQ(changes.begun, std::vector{id});
   EXPECT_EQ(changes.ended, std::vector{id});
   ASSERT_NE(schedule_.spec(id), nullptr) << "for who carries it out";
-  schedule_.note(id, "nothing was there");
+  schedule_.set_note(id, "nothing was there");
   EXPECT_EQ(shown(id).note, "nothing was there");
   EXPECT_TRUE(schedule_.active().empty());
 }

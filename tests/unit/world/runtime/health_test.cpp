@@ -32,7 +32,7 @@ TEST_F(HealthTest, AThreadWithoutATurnForASecondIsStuck) {
   EXPECT_TRUE(health_.makes_progress(at(1000ms)));
   EXPECT_EQ(problem(1000ms), "");
   EXPECT_FALSE(health_.makes_progress(at(1001ms)));
-  EXPECT_EQ(problem(2500ms), "the simulation has not moved on for 2.5 s");
+  EXPECT_EQ(problem(2500ms), "the simulation has made no progress for 2.5 s");
   health_.end();
   EXPECT_TRUE(health_.makes_progress(at(2500ms))) << "no turn is expected after the end";
   EXPECT_EQ(problem(2500ms), "");
@@ -40,7 +40,7 @@ TEST_F(HealthTest, AThreadWithoutATurnForASecondIsStuck) {
 
 TEST_F(HealthTest, AQueueHalfFullForASecondIsAProblem) {
   for (auto time = 0ms; time <= 1100ms; time += 100ms) turn(time, {.waiting_commands = 5});
-  EXPECT_EQ(problem(1100ms), "more than 4 commands wait at a time, for 1.1 s");
+  EXPECT_EQ(problem(1100ms), "more than 4 commands have been waiting for 1.1 s");
   // Single turns with an empty queue do not end it.
   turn(1200ms);
   EXPECT_NE(problem(1200ms), "");

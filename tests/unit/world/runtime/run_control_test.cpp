@@ -95,7 +95,7 @@ TEST_F(RunControlTest, OnlyTheTicketOfARunEndsIt) {
   control_.end_run(9, 0);
   EXPECT_FALSE(control_.has_run());
   EXPECT_EQ(last_end().why, Why::kInterrupted);
-  EXPECT_EQ(last_end().text, "it was given up");
+  EXPECT_EQ(last_end().text, "it was cancelled");
 }
 
 TEST_F(RunControlTest, OtherCommandsInterruptARun) {

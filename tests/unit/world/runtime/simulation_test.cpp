@@ -184,8 +184,9 @@ TEST_F(SmallSavedStates, AreBoundInBytes) {
   EXPECT_EQ(refusal.code, ErrorCode::kFailedPrecondition);
   EXPECT_EQ(refusal.message.rfind("'large' cannot be saved: the saved states would take ", 0), 0U)
       << refusal.message;
-  EXPECT_NE(refusal.message.find(" MB, the limit is 0.0 MB; delete one, or set saved_states_mb"),
-            std::string::npos)
+  EXPECT_NE(
+      refusal.message.find(" MB, the limit is 0.0 MB; delete one, or set memory.saved_states_mb"),
+      std::string::npos)
       << refusal.message;
   EXPECT_TRUE(after->saved_states->states.empty());
   EXPECT_EQ(after->saved_states->bytes, 0U);
@@ -279,7 +280,7 @@ TEST_F(SimulationWithAShortQueue, MoreCommandsThanItTakesAreAProblemWhileTheyCom
     }
     problem = simulation.problem();
   }
-  EXPECT_EQ(problem.find("more than 4 commands wait at a time"), 0U) << problem;
+  EXPECT_EQ(problem.find("more than 4 commands have been waiting"), 0U) << problem;
   EXPECT_TRUE(simulation.makes_progress());
   while (!simulation.problem().empty() && std::chrono::steady_clock::now() < deadline) {
     (void)simulation.wait_newer(simulation.latest(), std::chrono::steady_clock::now() + 10ms);

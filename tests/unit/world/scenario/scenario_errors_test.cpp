@@ -120,7 +120,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"negative_time", "at_s: [3, 9]", "at_s: @-3", "faults[0].at_s",
               "found -3, expected a number in [0, "},
         Wrong{"times_the_wrong_way_round", "at_s: [3, 9]", "at_s: @[9, 3]", "faults[0].at_s",
-              "found a list, expected two numbers, the greater one last"},
+              "found a list, expected two numbers in rising order"},
         Wrong{"negative_time_of_a_kill", "at_s: [7, 8]", "at_s: [@-7, 8]",
               "kill_controller[0].at_s[0]", "found -7, expected a number"},
         Wrong{"kill_at_no_time", "{at_s: [7, 8]}", "{@when: placed:1}", "kill_controller[0].when",
@@ -135,7 +135,7 @@ INSTANTIATE_TEST_SUITE_P(
               "faults[1].when", "found both at_s and when, expected one of them"},
         Wrong{"span_of_what_is_over_at_once", "kind: gripper-leak, target: fanuc",
               "kind: protective-stop, target: fanuc, for_s: @3", "faults[1].for_s",
-              "found 3, expected nothing, as the fault is over at once"},
+              "found 3, expected no duration: the fault is momentary"},
         Wrong{"too_much_variation", "tray_xy_m: 0.002", "tray_xy_m: @2", "vary.tray_xy_m",
               "found 2, expected a number in [0, 1]"},
         Wrong{"no_time_limit", "time_limit_s: 100", "time_limit_s: @0", "stop.time_limit_s",
@@ -143,7 +143,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"measure_that_is_none", "kits_right: 3", "kits_left: @3", "expect.kits_left",
               "found no measure \"kits_left\", expected one of kits_ordered"},
         Wrong{"bounds_the_wrong_way_round", "drops: {max: 0}", "drops: {min: 2, max: @1}",
-              "expect.drops.max", "found 1, expected no less than min"}),
+              "expect.drops.max", "found 1, expected at least min"}),
     [](const auto& test) { return std::string(test.param.name); });
 
 TEST(ScenarioReader, TakesTheGoodOne) {

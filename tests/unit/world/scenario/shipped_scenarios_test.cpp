@@ -25,7 +25,7 @@ TEST_P(ShippedScenarios, CanBePlanned) {
   ASSERT_TRUE(summary.has_value()) << summary.error().message;
   EXPECT_EQ(summary->description, scenario->description);
   EXPECT_EQ(summary->scene_file, scenario->scene_file);
-  EXPECT_EQ(summary->own_parts, scenario->own_parts);
+  EXPECT_EQ(summary->changes_parts, scenario->changes_parts);
   EXPECT_LE(scenario->description.size(), 110U);
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const auto made = plan(*scenario, seed, paths);
@@ -38,9 +38,9 @@ INSTANTIATE_TEST_SUITE_P(All, ShippedScenarios, testing::ValuesIn(shipped()),
 
 TEST(ShippedScenarios, SayWhetherTheyHavePartsOfTheirOwn) {
   const auto paths = scene::default_data_paths();
-  EXPECT_TRUE(summarize_scenario("insufficient_parts", paths)->own_parts) << "it removes some";
-  EXPECT_TRUE(summarize_scenario("belt_supply", paths)->own_parts) << "it puts some in";
-  EXPECT_FALSE(summarize_scenario("clean_2017", paths)->own_parts);
+  EXPECT_TRUE(summarize_scenario("insufficient_parts", paths)->changes_parts) << "it removes some";
+  EXPECT_TRUE(summarize_scenario("belt_supply", paths)->changes_parts) << "it puts some in";
+  EXPECT_FALSE(summarize_scenario("clean_2017", paths)->changes_parts);
   EXPECT_FALSE(summarize_scenario("no_such_scenario", paths).has_value());
 }
 

@@ -395,14 +395,14 @@ INSTANTIATE_TEST_SUITE_P(
 INSTANTIATE_TEST_SUITE_P(
     Names, SceneErrors,
     testing::Values(Case{"tray_twice", "name: second", "name: @first", "trays[1].name",
-                         "found a second body first, expected names to differ"},
+                         "found a second body first, expected unique names"},
                     Case{"gear_as_tray", "left: wheel_1", "left: @first", "trays[0].gears.left",
-                         "found a second body first, expected names to differ"},
+                         "found a second body first, expected unique names"},
                     Case{"gear_twice", "name: wheel_2", "name: @wheel_1", "gears[0].name",
-                         "found a second body wheel_1, expected names to differ"},
+                         "found a second body wheel_1, expected unique names"},
                     Case{"slot_twice", "- {name: right,", "- @{name: left,",
                          "tray_types.plate.slots[1]",
-                         "found a second slot left, expected slot names to differ"},
+                         "found a second slot left, expected unique slot names"},
                     Case{"reserved", "{name: table,", "{name: @floor,", "fixed[0].name",
                          "found \"floor\", expected a name other than conveyor and floor"}),
     [](const auto& test) { return test.param.name; });

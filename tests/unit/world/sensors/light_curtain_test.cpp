@@ -31,7 +31,7 @@ TEST(LightCurtain, IsClearWithNothingInIt) {
                                      occluder(robot::SphereShape{0.1}, {3.11, 2, 0.6}),
                                      occluder(robot::SphereShape{0.09}, {2, 2, 0.2}),
                                      occluder(robot::SphereShape{0.04}, {2, 2, 0.65})};
-  const auto reading = sensor.look(beside);
+  const auto reading = sensor.measure(beside);
   EXPECT_FALSE(reading.broken);
   for (std::size_t i = 0; i < 11; ++i) EXPECT_EQ(reading.distance_m[i], 2);
   EXPECT_EQ(reading.distance_m[11], 0) << "no such beam";
@@ -41,7 +41,7 @@ TEST(LightCurtain, EachBeamGivesTheDistanceToTheFirstThing) {
   const LightCurtain sensor(curtain());
   const std::vector<Occluder> things{occluder(robot::BoxShape{{0.2, 0.2, 0.2}}, {2.5, 2, 0.6}),
                                      occluder(robot::BoxShape{{0.2, 0.2, 0.05}}, {1.5, 2, 0.6})};
-  const auto reading = sensor.look(things);
+  const auto reading = sensor.measure(things);
   EXPECT_TRUE(reading.broken);
   EXPECT_NEAR(reading.distance_m[2], 1.4, 1e-12) << "only the box further away reaches it";
   EXPECT_NEAR(reading.distance_m[3], 0.4, 1e-12) << "the nearer of two";
@@ -56,7 +56,7 @@ TEST(LightCurtain, ItsFrameTurnsItsBeams) {
   up.X_WK.q = Eigen::AngleAxisd(-M_PI / 2, Eigen::Vector3d::UnitY());
   const LightCurtain sensor(up);
   const std::vector<Occluder> things{occluder(robot::CylinderShape{0.04, 0.1}, {0.8, 2, 1.3})};
-  const auto reading = sensor.look(things);
+  const auto reading = sensor.measure(things);
   for (std::size_t i = 0; i < 11; ++i) {
     EXPECT_NEAR(reading.distance_m[i], i == 2 ? 0.95 : 2, 1e-12) << i;
   }
@@ -65,7 +65,7 @@ TEST(LightCurtain, ItsFrameTurnsItsBeams) {
 TEST(LightCurtain, SomethingAroundTheEmitterReadsZero) {
   const LightCurtain sensor(curtain());
   const std::vector<Occluder> things{occluder(robot::SphereShape{0.05}, {1, 2, 0.3})};
-  EXPECT_EQ(sensor.look(things).distance_m[0], 0);
+  EXPECT_EQ(sensor.measure(things).distance_m[0], 0);
 }
 
 /// Reference for the culling: every beam against every occluder, sampled in small steps.
@@ -81,7 +81,7 @@ TEST(LightCurtain, AgreesWithPointsAlongEveryBeam) {
           robot::SphereShape{r},
           Eigen::Vector3d(2 + 1.3 * any(random), 2 + 0.2 * any(random), 0.8 + 0.8 * any(random))));
     }
-    const auto reading = sensor.look(things);
+    const auto reading = sensor.measure(things);
     bool broken = false;
     for (std::size_t beam = 0; beam < 11; ++beam) {
       double nearest = 2;

@@ -381,7 +381,7 @@ RunResult a_run() {
                 .description = "a <job>",
                 .controller = "kitting",
                 .seed = 7,
-                .ended = "all orders were submitted"};
+                .end_reason = "all orders were submitted"};
   run.measured.kits = {right_kit()};
   run.measured.placements = {{1.5, "arm", "big_1", "kit/a", 2e-4, 0.01, true}};
   run.measured.faults = {{"robot-slow", "arm", 0.5, 2.0, 1.0, true}};

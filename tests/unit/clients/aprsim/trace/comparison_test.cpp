@@ -298,7 +298,7 @@ TEST(TraceListing, CutsALongLineBetweenTwoCharacters) {
     const auto place = journal_with_line(directory, line + "\n");
     std::string listed;
     ASSERT_TRUE(
-        list_trace(place, {.polls = true}, [&](const ListedLine& one) { listed = one.what; }));
+        list_trace(place, {.polls = true}, [&](const ListedLine& one) { listed = one.text; }));
     EXPECT_TRUE(utf8::is_valid(listed)) << before;
     EXPECT_TRUE(listed.ends_with(" ...")) << listed;
     const std::string out = directory.path() + "/csv";
@@ -313,7 +313,7 @@ TEST(TraceListing, ControlCharactersAreEscaped) {
   const auto place = journal_with_line(directory, "\x1b]0;title\x07 \xc2\x9b\xff\n");
   std::string listed;
   ASSERT_TRUE(
-      list_trace(place, {.polls = true}, [&](const ListedLine& one) { listed = one.what; }));
+      list_trace(place, {.polls = true}, [&](const ListedLine& one) { listed = one.text; }));
   EXPECT_NE(listed.find("\\x1b]0;title\\x07 \\xc2\\x9b\\xff"), std::string::npos) << listed;
 }
 

@@ -12,7 +12,7 @@ class FaultLogTest : public ::testing::Test {
   void next(const std::function<void(api::Snapshot&)>& change, const std::string& problem = "") {
     world.publish(change);
     wall += std::chrono::milliseconds(16);
-    log.look(world.latest(), problem, wall, expected);
+    log.update(world.latest(), problem, wall, expected);
   }
   void refuse(const std::string& why) {
     next([&](api::Snapshot& s) {
@@ -57,19 +57,19 @@ TEST_F(FaultLogTest, ACauseIsOneLineWithItsCountAndTimes) {
   EXPECT_NEAR(fault->last.sim_time_s, 9, 0.1);
   EXPECT_EQ(fault->first.wall, first.wall);
   EXPECT_EQ(fault->last.wall, wall);
-  EXPECT_TRUE(fault->holds);
+  EXPECT_TRUE(fault->active);
   EXPECT_EQ(log.faults().size(), 2u) << "and that it was cleared";
   refuse("joint_1: 310.5 deg is above its limit 170 deg");
   EXPECT_EQ(find("joint_1")->count, 3u) << "the same refusal of another command";
   initialize();
-  EXPECT_FALSE(find("joint_1")->holds);
+  EXPECT_FALSE(find("joint_1")->active);
 }
 
 TEST_F(FaultLogTest, KeepsTheLatestErrorOfARobot) {
   refuse("out of reach");
   refuse("joint_2: too fast");
-  EXPECT_FALSE(find("out of reach")->holds);
-  EXPECT_TRUE(find("joint_2")->holds);
+  EXPECT_FALSE(find("out of reach")->active);
+  EXPECT_TRUE(find("joint_2")->active);
 }
 
 TEST_F(FaultLogTest, StopsAreKeptApartFromNotes) {
@@ -81,27 +81,27 @@ TEST_F(FaultLogTest, StopsAreKeptApartFromNotes) {
   });
   for (int i = 0; i < 500; ++i) next([](api::Snapshot& s) { s.missed_steps += 100; });
   ASSERT_EQ(log.faults().size(), 2u);
-  const Fault* missed = find("steps given up");
+  const Fault* missed = find("steps dropped");
   ASSERT_TRUE(missed);
   EXPECT_EQ(missed->severity, FaultSeverity::kNote);
   EXPECT_EQ(missed->count, 501u);
-  EXPECT_EQ(missed->message, "50060 steps given up in all: the machine is too slow");
+  EXPECT_EQ(missed->message, "50060 steps dropped in total: the machine is too slow");
   const Fault* stop = find("collision");
   ASSERT_TRUE(stop);
   EXPECT_EQ(stop->severity, FaultSeverity::kStop);
   EXPECT_EQ(stop->count, 1u);
-  EXPECT_TRUE(stop->holds);
+  EXPECT_TRUE(stop->active);
   next([](api::Snapshot& s) { s.missed_steps += 3; });
-  EXPECT_EQ(find("steps given up")->count, 501u) << "a few are nothing";
+  EXPECT_EQ(find("steps dropped")->count, 501u) << "a few are nothing";
 }
 
 TEST_F(FaultLogTest, ALoadIsNoReset) {
   (void)world.submit({0, api::SimulationCommand(api::LoadState{"half way"})});
   world.apply();
-  log.look(world.latest(), "", wall);
+  log.update(world.latest(), "", wall);
   (void)world.submit({0, api::SimulationCommand(api::Reset{})});
   world.apply();
-  log.look(world.latest(), "", wall);
+  log.update(world.latest(), "", wall);
   ASSERT_EQ(log.faults().size(), 2u);
   EXPECT_EQ(log.faults()[0].message, "continued from the saved state 'half way'");
   EXPECT_EQ(log.faults()[1].message, "reset");
@@ -114,14 +114,14 @@ TEST_F(FaultLogTest, TheBeltsDriveAndTheCurtainTellTheirs) {
   ASSERT_EQ(log.faults().size(), 2u);
   EXPECT_EQ(log.faults()[0].source, "belt");
   EXPECT_EQ(log.faults()[0].severity, FaultSeverity::kStop);
-  EXPECT_TRUE(log.faults()[0].holds);
+  EXPECT_TRUE(log.faults()[0].active);
   EXPECT_EQ(log.faults()[1].severity, FaultSeverity::kWarning);
   next([](api::Snapshot& s) {
     s.conveyor.fault = api::DriveFault::kNone;
     s.light_curtain.broken = false;
   });
-  EXPECT_FALSE(log.faults()[0].holds);
-  EXPECT_FALSE(log.faults()[1].holds);
+  EXPECT_FALSE(log.faults()[0].active);
+  EXPECT_FALSE(log.faults()[1].active);
   EXPECT_EQ(find("fault reset")->severity, FaultSeverity::kNote);
 }
 
@@ -139,7 +139,7 @@ TEST_F(FaultLogTest, PhysicsAndTheSimulationTellTheirs) {
   next([](api::Snapshot& s) { s.world_fault = "step 9, body gear: too fast"; }, "stopped on it");
   EXPECT_EQ(find("too fast")->severity, FaultSeverity::kStop);
   EXPECT_FALSE(find("stopped on it"));
-  EXPECT_FALSE(find("the pace")->holds);
+  EXPECT_FALSE(find("the pace")->active);
 }
 
 TEST_F(FaultLogTest, ALostPartIsAnErrorAndAnOpenedGripperIsNot) {
@@ -157,7 +157,7 @@ TEST_F(FaultLogTest, ALostPartIsAnErrorAndAnOpenedGripperIsNot) {
   next(hold(true, false));
   ASSERT_EQ(log.faults().size(), 1u);
   EXPECT_EQ(log.faults()[0].severity, FaultSeverity::kError);
-  EXPECT_FALSE(log.faults()[0].holds);
+  EXPECT_FALSE(log.faults()[0].active);
 }
 
 TEST_F(FaultLogTest, IgnoresExpectedEvents) {
@@ -187,7 +187,7 @@ TEST_F(FaultLogTest, IsBoundedAndKeepsWhatMatters) {
 TEST_F(FaultLogTest, TheSameSnapshotChangesNothing) {
   refuse("no");
   const auto revision = log.revision();
-  log.look(world.latest(), "", wall);
+  log.update(world.latest(), "", wall);
   EXPECT_EQ(log.revision(), revision);
 }
 

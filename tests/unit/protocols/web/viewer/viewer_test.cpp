@@ -340,8 +340,8 @@ std::optional<v1::WireEvent> next_event(RawWebClient& client, const std::string&
 TEST_F(Viewer, SeesTheCommandsFromBeforeItCame) {
   start();
   world.publish([](api::Snapshot& s) { s.time = std::chrono::milliseconds(1250); });
-  crcl_tap.note({.source = "crcl.fanuc", .from_client = true, .type = "MoveToType", .id = 3});
-  crcl_tap.note({.source = "crcl.fanuc", .poll = true, .type = "GetStatusType"});
+  crcl_tap.record({.source = "crcl.fanuc", .from_client = true, .type = "MoveToType", .id = 3});
+  crcl_tap.record({.source = "crcl.fanuc", .poll = true, .type = "GetStatusType"});
   RawWebClient client(port);
   (void)client.upgrade();
   EXPECT_TRUE(client.ask(watch(true, false, false)).ok());
@@ -355,7 +355,7 @@ TEST_F(Viewer, SeesTheCommandsFromBeforeItCame) {
   EXPECT_FALSE(crcl_tap.wants_polls());
   EXPECT_TRUE(client.ask(watch(true, false, true)).ok());
   EXPECT_TRUE(crcl_tap.wants_polls());
-  crcl_tap.note(
+  crcl_tap.record(
       {.source = "crcl.fanuc", .from_client = true, .poll = true, .type = "GetStatusType"});
   const auto poll = next_event(client, "crcl", "GetStatusType");
   ASSERT_TRUE(poll);
@@ -367,11 +367,11 @@ TEST_F(Viewer, SeesTheCommandsFromBeforeItCame) {
 TEST_F(Viewer, GetsAllOfManyCommandsInOrder) {
   start();
   for (int i = 1; i <= 3000; ++i) {
-    crcl_tap.note({.source = i % 2 ? "crcl.fanuc" : "crcl.motoman",
-                   .from_client = true,
-                   .type = "DwellType",
-                   .id = i,
-                   .data = std::string(900, 'x')});
+    crcl_tap.record({.source = i % 2 ? "crcl.fanuc" : "crcl.motoman",
+                     .from_client = true,
+                     .type = "DwellType",
+                     .id = i,
+                     .data = std::string(900, 'x')});
   }
   RawWebClient client(port);
   (void)client.upgrade();
@@ -509,11 +509,11 @@ TEST_F(Viewer, IsToldWhatWentWrongBeforeItCame) {
   EXPECT_EQ(fault.source(), "motoman");
   EXPECT_EQ(fault.severity(), v1::FAULT_SEVERITY_STOP);
   EXPECT_EQ(fault.message(), "joint 3: collision");
-  EXPECT_TRUE(fault.holds());
+  EXPECT_TRUE(fault.active());
   EXPECT_GT(fault.last().time_s(), 1.5e9);
   world.publish([](api::Snapshot& s) { s.robots[1].protective_stop = false; });
   EXPECT_TRUE(
-      later.next([](const auto& u) { return u.has_faults() && !u.faults().faults(0).holds(); }));
+      later.next([](const auto& u) { return u.has_faults() && !u.faults().faults(0).active(); }));
 }
 
 TEST_F(Viewer, StoppingSaysGoodbye) {

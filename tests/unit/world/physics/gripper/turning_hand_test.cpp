@@ -98,8 +98,8 @@ TEST_P(TurningHand, KeepsAGearInItsPlace) {
     EXPECT_TRUE(bench.world->gripper(0).holding);
     // Between V pads a part is wedged, and settles within the pads' compliance in the first turns.
     const bool wedged = pad == scene::PadShape::kV;
-    EXPECT_LT(drift.m, wedged ? 3e-7 : 5e-8) << (wedged ? "V pads" : "flat pads");
-    EXPECT_LT(drift.rad, wedged ? 2e-4 : 2e-5) << (wedged ? "V pads" : "flat pads");
+    EXPECT_LT(drift.m, wedged ? 3e-7 : 1e-9) << (wedged ? "V pads" : "flat pads");
+    EXPECT_LT(drift.rad, wedged ? 1e-4 : 1e-7) << (wedged ? "V pads" : "flat pads");
   }
 }
 

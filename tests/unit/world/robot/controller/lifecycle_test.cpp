@@ -36,14 +36,14 @@ TEST_F(Lifecycle, StopAndSettingsWorkBeforeInit) {
   EXPECT_EQ(rig.run(api::StopMotion{}), ActionState::kDone);
   EXPECT_EQ(rig.run(api::SetMotionLimit{MotionLimit::kTransSpeed, false, 0.4}), ActionState::kDone);
   EXPECT_EQ(rig.controller().limit(MotionLimit::kTransSpeed).value, 0.4);
-  EXPECT_EQ(rig.run(api::EndRobot{}), ActionState::kDone);
+  EXPECT_EQ(rig.run(api::EndProgram{}), ActionState::kDone);
 }
 
 TEST_F(Lifecycle, EndStopsMotionAndLeavesTheRobotInitialized) {
   EXPECT_EQ(rig.run(api::InitRobot{}), ActionState::kDone);
   EXPECT_TRUE(rig.controller().initialized());
   EXPECT_EQ(rig.run(api::Dwell{5ms}), ActionState::kDone);
-  EXPECT_EQ(rig.run(api::EndRobot{}), ActionState::kDone);
+  EXPECT_EQ(rig.run(api::EndProgram{}), ActionState::kDone);
   EXPECT_TRUE(rig.controller().initialized());
   EXPECT_EQ(rig.run(api::Dwell{5ms}), ActionState::kDone);
 }
@@ -57,7 +57,7 @@ TEST_F(Lifecycle, ErrorsAreHeldUntilInit) {
   EXPECT_EQ(rig.state(), ActionState::kError);
   for (const api::RobotAction& action :
        {api::RobotAction{api::Dwell{1s}}, api::RobotAction{api::SetGripper{0}},
-        api::RobotAction{api::EndRobot{}}, api::RobotAction{api::MoveTo{rig.tool(), true}}}) {
+        api::RobotAction{api::EndProgram{}}, api::RobotAction{api::MoveTo{rig.tool(), true}}}) {
     EXPECT_EQ(rig.run(action), ActionState::kError);
     EXPECT_EQ(rig.reason(), held);
     EXPECT_EQ(rig.controller().status().ticket, rig.ticket());

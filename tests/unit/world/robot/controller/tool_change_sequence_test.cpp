@@ -76,7 +76,7 @@ TEST(ToolChangeSequence, DefersCommandsInTheirOrderUpToALimit) {
 
 TEST(ToolChangeSequence, StopsAndInitializationPrecedeIt) {
   EXPECT_TRUE(precedes_tool_change(api::InitRobot{}));
-  EXPECT_TRUE(precedes_tool_change(api::EndRobot{}));
+  EXPECT_TRUE(precedes_tool_change(api::EndProgram{}));
   EXPECT_TRUE(precedes_tool_change(api::StopMotion{}));
   EXPECT_FALSE(precedes_tool_change(api::MoveTo{}));
   EXPECT_FALSE(precedes_tool_change(api::SetToolChanger{true}));

@@ -142,8 +142,8 @@ TEST_F(PastOfARun, AnswersWhatWaitsAtItsEnd) {
 }
 
 TEST_F(PastOfARun, HasBookmarksInTheOrderOfTheirMoments) {
-  bookmarks_.note({0, 3000}, api::BookmarkKind::kCommand, "fanuc: MoveTo");
-  bookmarks_.note({7, 1}, api::BookmarkKind::kCommand, "of an epoch that is not kept");
+  bookmarks_.add({0, 3000}, api::BookmarkKind::kCommand, "fanuc: MoveTo");
+  bookmarks_.add({7, 1}, api::BookmarkKind::kCommand, "of an epoch that is not kept");
   const auto own = machine_.add_bookmark({0, 2000}, "look here");
   ASSERT_TRUE(own);
   EXPECT_EQ(own->time, std::chrono::seconds(2));

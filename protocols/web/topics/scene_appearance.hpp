@@ -13,18 +13,18 @@ namespace aprsim::web {
 [[nodiscard]] bool same_scene(const api::CellDescription& a, const api::CellDescription& b);
 
 /// Appearance of a cell, recomputed when its scene changes.
-class SceneLooks {
+class SceneAppearance {
  public:
   using Describe = std::function<VisualDescription(const api::CellDescription&)>;
 
   /// Returns whether it has changed since the last call.
   bool follow(const api::CellDescription& cell, const Describe& describe);
-  [[nodiscard]] const v1::CellLooks& message() const { return message_; }
+  [[nodiscard]] const v1::CellAppearance& message() const { return message_; }
 
  private:
   bool known_ = false;
   std::string scene_, text_;
-  v1::CellLooks message_;
+  v1::CellAppearance message_;
 };
 
 }  // namespace aprsim::web

@@ -1,4 +1,4 @@
-#include "protocols/web/topics/scene_looks.hpp"
+#include "protocols/web/topics/scene_appearance.hpp"
 
 #include "protocols/web/topics/visual_message.hpp"
 
@@ -16,7 +16,7 @@ bool same_scene(const api::CellDescription& a, const api::CellDescription& b) {
   return a.scene == b.scene && a.bodies.size() == b.bodies.size() && text_of(a) == text_of(b);
 }
 
-bool SceneLooks::follow(const api::CellDescription& cell, const Describe& describe) {
+bool SceneAppearance::follow(const api::CellDescription& cell, const Describe& describe) {
   if (known_ && scene_ == cell.scene && text_ == text_of(cell)) return false;
   known_ = true;
   scene_ = cell.scene;

@@ -9,7 +9,7 @@ before(async () => {
   daemon = await Daemon.start();
   browser = await openBrowser();
   page = await openPage(browser, daemon);
-  await page.getByRole('tab', {name: 'Trials'}).click();
+  await page.getByRole('tab', {name: 'Scenarios'}).click();
 });
 after(async () => {
   await browser?.close();
@@ -181,7 +181,7 @@ test('a scenario runs in the cell: orders, its faults on the timeline, its repor
 test('a page where programs are not to be started says so', async () => {
   const other = await Daemon.start(['--set', 'web.programs=false']);
   const view = await openPage(browser, other);
-  await view.getByRole('tab', {name: 'Trials'}).click();
+  await view.getByRole('tab', {name: 'Scenarios'}).click();
   await until('a reason', async () => /starts no programs/.test(await now(view)));
   assert.ok(await field('run-demo', view).isDisabled());
   assert.ok(await field('inject', view).isEnabled());

@@ -8,15 +8,15 @@ from arm import Arm
 from geometry import XY, hull, hull_distance
 from trays import Scene, associate
 
-SHADE_MM = 250.0  # an arm hides what is nearer than this to its space, for a camera high above
+SHADE_MM = 250.0  # an arm hides objects nearer than this to its space
 
 
-def look_for_parts(
+def detect_parts(
     arm: Arm, others: Sequence[Arm] = (), *, clear: bool = False, timeout_s: float = 30.0
 ) -> Scene:
-    """The scene as the robot's camera shows it. Where another arm may be in the picture, a slot that
-    looks empty is unknown; `clear` waits until no arm is over the belt and keeps it so for the look.
-    Raises LookError when the camera shows nothing steady."""
+    """The scene in the robot's camera. An empty slot near another arm is unknown. `clear` waits until no
+    arm is over the belt and keeps it clear during the detection. Raises DetectionError without steady
+    frames."""
     arm.go_home()
     if clear:
         arm.space.acquire(
@@ -27,9 +27,9 @@ def look_for_parts(
             poll=arm.crcl.status,
         )
     try:
-        # An arm that leaves in the meantime may be in the first frames, one that comes in the last.
+        # Arms that leave or arrive meanwhile may be in some of the frames.
         spaces = arm.space.others(arm.name)
-        look = arm.camera.look(timeout_s, give_up=arm.interrupted.is_set, poll=arm.crcl.status)
+        found = arm.camera.detect(timeout_s, give_up=arm.interrupted.is_set, poll=arm.crcl.status)
         seen_at = arm.crcl.clock.now()
         spaces += arm.space.others(arm.name)
     finally:
@@ -42,18 +42,18 @@ def look_for_parts(
         )
 
     tools = [a.tool_xy() for a in (arm, *others)]
-    scene = associate(look.sightings, arm.cell, sees, tools, arm.robot.base_mm[:2])
+    scene = associate(found.sightings, arm.cell, sees, tools, arm.robot.base_mm[:2])
     scene.seen_at = seen_at
     (left, low), (right, high) = arm.robot.view_mm
     view = hull([(left, low), (right, low), (right, high), (left, high)])
-    scene.uncertain = look.moving > 0 or any(
+    scene.uncertain = found.moving > 0 or any(
         hull_distance(outline, view) < SHADE_MM for outline in spaces
     )
-    flipping = sorted({s.name for s in look.sightings if s.flips and s.kind == "KT"})
+    flipping = sorted({s.name for s in found.sightings if s.flips and s.kind == "KT"})
     if flipping:
-        arm.tell("flips", f"sees {', '.join(flipping)} turned by half in some frames")
-    arm.tell(
-        "look",
+        arm.log("flips", f"sees {', '.join(flipping)} rotated by half a turn in some frames")
+    arm.log(
+        "detect",
         f"sees {sum(t.type.is_kit for t in scene.trays)} kit trays, "
         f"{sum(not t.type.is_kit for t in scene.trays)} part trays, {len(scene.parts)} parts",
     )
