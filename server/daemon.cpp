@@ -17,6 +17,7 @@
 #include "protocols/crcl/crcl_server.hpp"
 #include "protocols/grpc/grpc_server.hpp"
 #include "protocols/modbus/modbus_server.hpp"
+#include "protocols/simple_message/simple_message_server.hpp"
 #include "protocols/vision/vision_server.hpp"
 #include "protocols/web/web_server.hpp"
 #include "server/access/security_context.hpp"
@@ -41,6 +42,8 @@ namespace aprsim::server {
 namespace {
 
 constexpr std::chrono::milliseconds kCellLogPeriod{200};
+/// Of Simple Message: motion, state and gripper.
+constexpr std::uint64_t kPortsOfRobot = 3;
 
 /// Throws std::runtime_error where there is no directory for the journal's files.
 void check_journal_place(const Config& config) {
@@ -73,7 +76,10 @@ std::unique_ptr<journal::Journal> make_journal(const Config& config, const Memor
   add(kGrpcEndpoint, "grpc");
   add(kWebEndpoint, "web");
   for (std::size_t i = 0; i < scene.robots.size(); ++i) {
-    add(kFirstCrclEndpoint + static_cast<api::EndpointId>(i), "crcl." + scene.robots[i].name);
+    const auto number = static_cast<api::EndpointId>(i);
+    add(kFirstCrclEndpoint + number, "crcl." + scene.robots[i].name);
+    if (!scene.robots[i].simple_message) continue;
+    add(kFirstSimpleMessageEndpoint + number, "simple_message." + scene.robots[i].name);
   }
   journal::JournalOptions options;
   options.place = config.journal.place.value_or("");
@@ -170,13 +176,23 @@ class Daemon::Impl {
 
   Result<Ports> start() {
     Ports ports;
-    for (auto& [name, crcl, vision] : robots_) {
+    for (auto& [name, crcl, vision, simple_message] : robots_) {
       auto port = crcl->start();
       if (!port) return not_listening("crcl." + name, "crcl.ports." + name, port.error());
       ports["crcl." + name] = *port;
       port = vision->start();
       if (!port) return not_listening("vision." + name, "vision.ports." + name, port.error());
       ports["vision." + name] = *port;
+      if (!simple_message) continue;
+      const auto three = simple_message->start();
+      if (!three) {
+        const std::string& role = three.error().field;
+        return not_listening(role + "." + name, "simple_message." + role + "." + name,
+                             three.error());
+      }
+      ports["motion." + name] = three->motion;
+      ports["state." + name] = three->state;
+      ports["gripper." + name] = three->gripper;
     }
     auto modbus = modbus_.start();
     if (!modbus) return not_listening("modbus", "modbus.port", modbus.error());
@@ -216,6 +232,9 @@ class Daemon::Impl {
       for (auto& robot : robots_) {
         ending.emplace_back([&robot] { robot.crcl->stop(); });
         ending.emplace_back([&robot] { robot.vision->stop(); });
+        if (robot.simple_message) {
+          ending.emplace_back([&robot] { robot.simple_message->stop(); });
+        }
       }
       ending.emplace_back([this] { modbus_.stop(); });
       ending.emplace_back([this] { telemetry_.stop(); });
@@ -234,6 +253,7 @@ class Daemon::Impl {
     std::string name;
     std::unique_ptr<crcl_server::CrclServer> crcl;
     std::unique_ptr<vision_server::VisionServer> vision;
+    std::unique_ptr<simple_message::SimpleMessageServer> simple_message;  ///< null = none
   };
 
   /// Logs events of the cell, since the simulation's own thread never writes there, and keeps the
@@ -283,12 +303,18 @@ class Daemon::Impl {
     for (std::size_t i = 0; i < scene.robots.size(); ++i) {
       const std::string& name = scene.robots[i].name;
       const int index = static_cast<int>(i);
-      robots.push_back({name,
-                        std::make_unique<crcl_server::CrclServer>(
-                            with_tap(crcl_options(shared, index, name), config, crcl_tap_),
-                            simulation_, simulation_),
-                        std::make_unique<vision_server::VisionServer>(
-                            vision_options(shared, index, name), simulation_)});
+      auto crcl = with_tap(crcl_options(shared, index, name), config, crcl_tap_);
+      crcl.max_unfinished_bytes = shares_.documents / scene.robots.size();
+      robots.push_back(
+          {name,
+           std::make_unique<crcl_server::CrclServer>(std::move(crcl), simulation_, simulation_),
+           std::make_unique<vision_server::VisionServer>(vision_options(shared, index, name),
+                                                         simulation_),
+           nullptr});
+      if (!scene.robots[i].simple_message) continue;
+      robots.back().simple_message = std::make_unique<simple_message::SimpleMessageServer>(
+          with_tap(simple_message_options(shared, index, scene.robots[i]), config, crcl_tap_),
+          simulation_, simulation_);
     }
     return robots;
   }
@@ -298,6 +324,8 @@ class Daemon::Impl {
     options.incidents = journal_.get();
     options.max_memory_bytes = shares_.grpc;
     options.max_backlogs_bytes = shares_.backlogs;
+    options.max_unread_bytes = shares_.answers;
+    options.transfers.all_bytes = shares_.transfers;
     options.feed = &simulation_.feed();
     options.events = &simulation_.events();
     options.history = history_.get();
@@ -315,6 +343,7 @@ class Daemon::Impl {
   void make_web(const Config& config, const scene::Scene& scene) {
     auto options = web_options(context(config), scene);
     options.incidents = journal_.get();
+    options.max_waiting_bytes = shares_.pages;
     options.crcl_tap = &crcl_tap_;
     options.modbus_tap = &modbus_tap_;
     options.programs = programs_.for_pages();
@@ -333,9 +362,10 @@ class Daemon::Impl {
     sources.solver = simulation_.solver_work();
     sources.waiting_commands = simulation_.waiting_commands();
     sources.memory = memory();
-    for (const auto& [name, crcl, vision] : robots_) {
+    for (const auto& [name, crcl, vision, simple_message] : robots_) {
       sources.crcl.emplace_back(name, crcl->stats());
       sources.vision.emplace_back(name, vision->stats());
+      if (simple_message) sources.simple_message.emplace_back(name, simple_message->stats());
     }
     sources.modbus = modbus_.stats();
     if (journal_) sources.journal = journal_->stats();
@@ -367,9 +397,10 @@ class Daemon::Impl {
       const auto port = ports_.find(name);
       all.push_back({name, port == ports_.end() ? std::uint16_t{0} : port->second, open});
     };
-    for (const auto& [name, crcl, vision] : robots_) {
+    for (const auto& [name, crcl, vision, simple_message] : robots_) {
       add("crcl." + name, crcl->stats().open);
       add("vision." + name, vision->stats().open);
+      if (simple_message) add("motion." + name, simple_message->stats().open);
     }
     add("modbus", modbus_.stats().open);
     add("grpc", telemetry_.stats().open);
@@ -419,12 +450,13 @@ bool Daemon::makes_progress() const { return impl_->makes_progress(); }
 std::string Daemon::problem() const { return impl_->problem(); }
 
 std::uint64_t needed_files(const Config& config, std::size_t robots) {
-  const std::uint64_t connections =
-      (config.crcl.max_connections + config.vision.max_connections) * robots +
-      config.modbus.max_connections +
-      // Each has a socket pair in addition.
-      std::uint64_t{2} * config.grpc.max_connections +
-      (config.web.enabled ? config.web.max_connections : 0);
+  const std::uint64_t connections = (config.crcl.max_connections + config.vision.max_connections +
+                                     kPortsOfRobot * config.simple_message.max_connections) *
+                                        robots +
+                                    config.modbus.max_connections +
+                                    // Each has a socket pair in addition.
+                                    std::uint64_t{2} * config.grpc.max_connections +
+                                    (config.web.enabled ? config.web.max_connections : 0);
   // Twice the limits, so that clients can never exhaust the descriptors.
   return 2 * connections + web::kMaxRejected + 64;
 }

@@ -16,6 +16,8 @@ namespace aprsim::protocols {
 namespace {
 
 constexpr std::size_t kMaxAddresses = 4096;
+/// Wrong tokens remembered of one address.
+constexpr std::size_t kMaxTokens = 16;
 
 /// The entry of a token; null = none. Compares all bytes of all entries, so that the time it takes
 /// reveals nothing.
@@ -81,8 +83,7 @@ Caller Access::identify(std::string_view host, const Credentials& credentials, W
   }
   const TokenEntry* token = find(rules->tokens, *credentials.token);
   if (token == nullptr) {
-    const std::lock_guard lock(mutex_);
-    const bool admitted = attempts_of(client_address(host), clock).admit(clock);
+    const bool admitted = admit(host, *credentials.token, clock);
     caller.problem = admitted ? Caller::Problem::kWrongToken : Caller::Problem::kTooManyAttempts;
     return caller;
   }
@@ -159,14 +160,39 @@ AccessCounts Access::counts() const {
   return counts_;
 }
 
-RateLimit& Access::attempts_of(const std::string& address, Clock::time_point now) {
+bool Access::Attempts::is_full(Clock::time_point now) const {
+  return guesses.is_full(now) && std::ranges::all_of(repeated, [now](const auto& entry) {
+           return entry.second.is_full(now);
+         });
+}
+
+bool Access::admit(std::string_view host, std::string_view token, Clock::time_point now) {
+  const Digest digest = digest_of("", token);
+  const std::lock_guard lock(mutex_);
+  Attempts* const attempts = attempts_of(client_address(host), now);
+  if (attempts == nullptr) return others_.admit(now);
+  auto& repeated = attempts->repeated;
+  if (const auto known = repeated.find(digest); known != repeated.end()) {
+    return known->second.admit(now);
+  }
+  if (!attempts->guesses.admit(now)) return false;
+  if (repeated.size() >= kMaxTokens) {
+    std::erase_if(repeated, [now](const auto& entry) { return entry.second.is_full(now); });
+  }
+  // A token that is not remembered counts as a new guess each time.
+  if (repeated.size() < kMaxTokens) {
+    (void)repeated.emplace(digest, RateLimit(kPerSecond, kBurst)).first->second.admit(now);
+  }
+  return true;
+}
+
+Access::Attempts* Access::attempts_of(const std::string& address, Clock::time_point now) {
   const auto found = attempts_.find(address);
-  if (found != attempts_.end()) return found->second;
+  if (found != attempts_.end()) return &found->second;
   if (attempts_.size() >= kMaxAddresses) {
     std::erase_if(attempts_, [now](const auto& entry) { return entry.second.is_full(now); });
   }
-  if (attempts_.size() >= kMaxAddresses) return others_;
-  return attempts_.emplace(address, RateLimit(kPerSecond, kBurst)).first->second;
+  return attempts_.size() < kMaxAddresses ? &attempts_[address] : nullptr;
 }
 
 }  // namespace aprsim::protocols

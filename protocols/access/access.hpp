@@ -85,9 +85,10 @@ struct AccessCounts {
   std::uint64_t unauthenticated = 0, permission = 0, too_many_attempts = 0;
 };
 
-/// Decides which role a caller has, over gRPC and on the page, and limits wrong tokens: after
-/// kBurst of them an address gets kTooManyAttempts for each further one above kPerSecond. A right
-/// token is never limited, so nobody can lock its holder out. Thread: any.
+/// Decides which role a caller has, over gRPC and on the page, and limits wrong tokens. A wrong
+/// token of an address gets kTooManyAttempts after kBurst attempts with it, above kPerSecond; so
+/// does each further one after kBurst different ones. One program's stale token thus limits no
+/// other program behind its address. A right token is never limited. Thread: any.
 class Access {
  public:
   using Clock = RateLimit::Clock;
@@ -117,12 +118,21 @@ class Access {
 
  private:
   [[nodiscard]] std::shared_ptr<const AccessRules> rules() const;
-  [[nodiscard]] RateLimit& attempts_of(const std::string& address, Clock::time_point now);
+  /// Wrong tokens of one address.
+  struct Attempts {
+    RateLimit guesses{kPerSecond, kBurst};  ///< different tokens
+    std::map<Digest, RateLimit> repeated;   ///< by token, the latest ones
+
+    [[nodiscard]] bool is_full(Clock::time_point now) const;
+  };
+  [[nodiscard]] bool admit(std::string_view host, std::string_view token, Clock::time_point now);
+  /// Null when too many addresses are remembered.
+  [[nodiscard]] Attempts* attempts_of(const std::string& address, Clock::time_point now);
 
   mutable std::mutex mutex_;
   std::shared_ptr<const AccessRules> rules_;
-  std::map<std::string, RateLimit> attempts_;  // by address with recent wrong tokens
-  RateLimit others_{kPerSecond, kBurst};       // all other addresses, when the map is full
+  std::map<std::string, Attempts> attempts_;  // by address with recent wrong tokens
+  RateLimit others_{kPerSecond, kBurst};      // all other addresses, when the map is full
   AccessCounts counts_;
 };
 

@@ -213,8 +213,9 @@ struct CommandExecutor::Visitor {
 
   void refuse_loop() const {
     lifecycle.latch_error(
-        lifecycle.type() +
-        " is valid only within a program: send the whole CRCLProgram, or expand the loop.");
+        fmt::format("{} is valid only within a program: send the whole CRCLProgram, or expand the "
+                    "loop.",
+                    lifecycle.type()));
   }
 
   template <typename Configuration>
@@ -259,14 +260,14 @@ void CommandExecutor::execute(crcl::Program program, const Caller& caller) {
   start(*std::move(runner));
 }
 
-void CommandExecutor::refuse(const std::string& type, std::int64_t id, const std::string& reason) {
+void CommandExecutor::refuse(std::string_view type, std::int64_t id, const std::string& reason) {
   observe(*source_.latest());
   ++commands_;
   keep_old_status();
   in_program_ = false;
   crcl::CommandInstance instance;
   instance.command.id = id;
-  lifecycle_.begin(type, instance);
+  lifecycle_.begin_refused(type, instance);
   end_told_.reset();
   if (!lifecycle_.in_error()) lifecycle_.latch_error(reason);
 }
@@ -296,7 +297,7 @@ void CommandExecutor::stop_robot() {
 void CommandExecutor::carry_out(const crcl::CommandInstance& instance, const Caller& caller) {
   const crcl::Command& command = instance.command;
   keep_old_status();
-  lifecycle_.begin(std::string(crcl::type_name(command.body)), instance);
+  lifecycle_.begin(crcl::type_name(command.body), instance);
   end_told_.reset();
   spdlog::debug("{}: {} {} from {}", name(), lifecycle_.type(), command.id, caller.peer);
   if (!lifecycle_.admits(command.body)) return;
@@ -313,7 +314,8 @@ void CommandExecutor::carry_out(const crcl::CommandInstance& instance, const Cal
   if (!visitor.guards.empty()) {
     // The command ended before a guard could be checked.
     if (required && !lifecycle_.in_error()) {
-      lifecycle_.latch_error(lifecycle_.type() + " ended without the required guard trigger.");
+      lifecycle_.latch_error(
+          fmt::format("{} ended without the required guard trigger.", lifecycle_.type()));
     }
   } else if (const auto pending = lifecycle_.pending(); pending && !command.guards.empty()) {
     guarded_ = to_guarded_command(pending->ticket, command.guards, parameters_.sensors(), units);

@@ -57,7 +57,7 @@ class CommandExecutor {
   /// end, an error, or a command of any client that needs the robot.
   void execute(crcl::Program program, const Caller& caller);
   /// Reports a command that could not be decoded as an error under its own id.
-  void refuse(const std::string& type, std::int64_t id, const std::string& reason);
+  void refuse(std::string_view type, std::int64_t id, const std::string& reason);
   /// Stops the robot and latches an error, under the id of the last command.
   void bad_document(const std::string& reason);
   /// The same for the connection of the latest command to the robot, if it did not close but was

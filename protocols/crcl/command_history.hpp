@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <ranges>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -25,8 +26,8 @@ class CommandHistory {
   struct Entry {
     Submission submission;
     std::int64_t command_id = 0;
-    std::string type;                 ///< of the command
-    std::optional<std::string> name;  ///< of its status
+    std::string_view type;  ///< of the command; a name of crcl::type_name()
+    std::string name;  ///< of its status; empty = its type, so that most entries need no memory
   };
 
   /// Tickets rise.

@@ -26,10 +26,10 @@ bool is_always_admitted(const crcl::CommandBody& body) {
 }
 
 // The Name of a command's status, as NIST's servers make it.
-std::string reported_name(const std::string& type, const std::optional<std::string>& name) {
+std::string reported_name(std::string_view type, const std::optional<std::string>& name) {
   constexpr std::size_t kMaxBytes = 120;
-  if (!name || name->starts_with(type)) return type;
-  std::string whole = type + *name;
+  if (!name || name->starts_with(type)) return std::string(type);
+  std::string whole = std::string(type) + *name;
   if (whole.size() <= kMaxBytes) return whole;
   constexpr std::size_t kDots = 3;  // shorten() ends with them
   whole = crcl::shorten(whole, kMaxBytes);
@@ -56,10 +56,10 @@ CommandLifecycle::CommandLifecycle(protocols::LimitedLog& log, const JointMap& j
   latest_.command_id = -1;
 }
 
-void CommandLifecycle::begin(std::string type, const crcl::CommandInstance& instance) {
+void CommandLifecycle::begin(std::string_view type, const crcl::CommandInstance& instance) {
   latest_.name = reported_name(type, instance.command.name);
   latest_.command_id = instance.command.id;
-  type_ = std::move(type);
+  type_ = type;
   latest_.description.reset();
   latest_.program_file = instance.program_file;
   latest_.program_index = instance.program_index;
@@ -67,11 +67,17 @@ void CommandLifecycle::begin(std::string type, const crcl::CommandInstance& inst
   if (error_) latest_.description = "In error until InitCanon: " + *error_;
 }
 
+void CommandLifecycle::begin_refused(std::string_view type, const crcl::CommandInstance& instance) {
+  refused_type_ = type;
+  begin(refused_type_, instance);
+}
+
 bool CommandLifecycle::admits(const crcl::CommandBody& body) {
   if (is_always_admitted(body)) return true;
   if (!session_open_) {
     if (!error_) {
-      latch_error("Not initialized when cmd=" + type() + " received. Send InitCanon first.");
+      latch_error(
+          fmt::format("Not initialized when cmd={} received. Send InitCanon first.", type()));
     }
     return false;
   }
@@ -91,7 +97,7 @@ void CommandLifecycle::open_session(api::Ticket ticket) {
 bool CommandLifecycle::submitted(const api::RobotAction& action, const Result<api::Ticket>& ticket,
                                  bool at_once) {
   if (!ticket) {
-    latch_error(type() + " not accepted: " + ticket.error().message);
+    latch_error(fmt::format("{} not accepted: {}", type(), ticket.error().message));
     return false;
   }
   // EndCanon is done at once, although the robot may still brake.
@@ -100,7 +106,7 @@ bool CommandLifecycle::submitted(const api::RobotAction& action, const Result<ap
   submission_ = {*ticket, done_when_applied};
   progress_ = Progress::kWaiting;
   if (done_when_applied) last_setting_ = *ticket;
-  history_.add({submission_, latest_.command_id, type_, latest_.name});
+  history_.add(entry());
   if (api::leaves_motion(action)) return true;
   if (motion_) {
     const std::string ended =
@@ -109,7 +115,7 @@ bool CommandLifecycle::submitted(const api::RobotAction& action, const Result<ap
     describe(ended);
     motion_.reset();
   }
-  if (api::is_move(action)) motion_ = {submission_, latest_.command_id, type_, latest_.name};
+  if (api::is_move(action)) motion_ = entry();
   return true;
 }
 
@@ -185,7 +191,12 @@ void CommandLifecycle::begin_epoch(const api::Snapshot& snapshot) {
 void CommandLifecycle::after_reset(bool interrupted) {
   session_open_ = false;
   latest_.description = "The cell was reset.";
-  if (interrupted) latch("The cell was reset before " + type() + " ended.");
+  if (interrupted) latch(fmt::format("The cell was reset before {} ended.", type()));
+}
+
+CommandHistory::Entry CommandLifecycle::entry() const {
+  const std::string name = latest_.name.value_or("");
+  return {submission_, latest_.command_id, type_, name == type_ ? "" : name};
 }
 
 // Session and command are those of the saved state.
@@ -195,10 +206,10 @@ void CommandLifecycle::after_load(const api::RobotSnapshot& robot, bool interrup
   const CommandHistory::Entry* command = history_.find(robot.action.ticket);
   if (command == nullptr) {
     progress_ = Progress::kDone;
-    if (interrupted) latch("A saved state was loaded before " + type() + " ended.");
+    if (interrupted) latch(fmt::format("A saved state was loaded before {} ended.", type()));
     return;
   }
-  latest_.name = command->name;
+  latest_.name = command->name.empty() ? std::string(command->type) : command->name;
   latest_.command_id = command->command_id;
   type_ = command->type;
   latest_.program_file.reset();
@@ -234,7 +245,7 @@ void CommandLifecycle::update_progress(const api::Snapshot& snapshot) {
   if (error_) return;
   progress_ = Progress::kDone;
   if (outcome == Outcome::kReplaced) {
-    latch(type() + " was replaced by a command from another interface.");
+    latch(fmt::format("{} was replaced by a command from another interface.", type()));
   }
 }
 

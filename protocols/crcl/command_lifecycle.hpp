@@ -37,8 +37,10 @@ class CommandLifecycle {
 
   // Requests of clients.
 
-  /// A new latest command. `type` is its type in the schema.
-  void begin(std::string type, const crcl::CommandInstance& instance);
+  /// A new latest command. `type` is its type in the schema, by crcl::type_name().
+  void begin(std::string_view type, const crcl::CommandInstance& instance);
+  /// The same of a document that is no command; `type` is anything.
+  void begin_refused(std::string_view type, const crcl::CommandInstance& instance);
   /// Whether session and error allow the command; outside a session an error is latched.
   [[nodiscard]] bool admits(const crcl::CommandBody& body);
   void clear_error();
@@ -69,7 +71,7 @@ class CommandLifecycle {
   [[nodiscard]] bool session_open() const { return session_open_; }
   [[nodiscard]] bool in_error() const { return error_.has_value(); }
   /// The latest command's type in the schema.
-  [[nodiscard]] const std::string& type() const { return type_; }
+  [[nodiscard]] std::string_view type() const { return type_; }
   [[nodiscard]] std::int64_t command_id() const { return latest_.command_id; }
 
   /// State of the latest command. `program_runs` as below.
@@ -81,6 +83,8 @@ class CommandLifecycle {
   enum class Progress { kReady, kDone, kWaiting };
 
   void begin_epoch(const api::Snapshot& snapshot);
+  /// The latest command as the history keeps it.
+  [[nodiscard]] CommandHistory::Entry entry() const;
   void after_reset(bool interrupted);
   void after_load(const api::RobotSnapshot& robot, bool interrupted);
   void update_progress(const api::Snapshot& snapshot);
@@ -98,7 +102,8 @@ class CommandLifecycle {
 
   bool session_open_ = false;
   crcl::CommandStatus latest_;  // ids, name and program position of the latest command
-  std::string type_ = "no command";
+  std::string refused_type_;
+  std::string_view type_ = "no command";  ///< a constant, or refused_type_
   Progress progress_ = Progress::kReady;
   Submission submission_;             // while kWaiting
   std::optional<std::string> error_;  // held until InitCanon

@@ -28,17 +28,16 @@ constexpr int kDocumentsPerTurn = 16;
 CrclConnection::CrclConnection(asio::ip::tcp::socket socket, std::string peer,
                                protocols::ConnectionLimiter::Slot slot,
                                protocols::ConnectionTrace trace, const CrclServerOptions& options,
-                               CommandExecutor& executor, CrclCounters& counters,
-                               std::function<void()> on_time, OnEnd on_end)
+                               CommandExecutor& executor, CrclCounters& counters, Events events)
     : socket_(std::move(socket)),
       slot_(std::move(slot)),
       trace_(std::move(trace)),
       options_(options),
       executor_(executor),
       counters_(counters),
-      on_end_(std::move(on_end)),
+      events_(std::move(events)),
       session_(options, executor, counters, socket_.get_executor(), std::move(peer),
-               options.listener.virtual_time, std::move(on_time), *this),
+               options.listener.virtual_time, events_.time, *this),
       framer_(crcl::Framer::for_commands(options.max_message_bytes, options.max_program_bytes)),
       write_timer_(socket_.get_executor()),
       idle_timer_(socket_.get_executor()),
@@ -70,7 +69,7 @@ void CrclConnection::close() {
   socket_.close(ignored);
   executor_.client_gone(session_.caller());
   trace_.closed(end_);
-  on_end_(*this);
+  events_.end(*this);
 }
 
 void CrclConnection::drop(const std::string& reason) {
@@ -79,6 +78,12 @@ void CrclConnection::drop(const std::string& reason) {
   executor_.log().warn("closing " + peer() + ": " + reason);
   end_ = reason;
   close();
+}
+
+void CrclConnection::drop_unfinished() {
+  drop("its unfinished document of " + std::to_string(framer_.buffered()) +
+       " bytes is the largest, and all together exceed " +
+       std::to_string(options_.max_unfinished_bytes) + " bytes");
 }
 
 void CrclConnection::exclude() {
@@ -127,6 +132,7 @@ void CrclConnection::on_read(const error_code& error, std::size_t size) {
   }
   framer_.append(bytes);
   process();
+  if (!closed_ && framer_.buffered() > input_.size()) events_.input();
 }
 
 // Existing clients leave Nagle's algorithm on and follow a command, which has no answer, with a

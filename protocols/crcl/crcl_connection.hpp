@@ -23,12 +23,18 @@ class CrclConnection final : public SessionWire,
                              public std::enable_shared_from_this<CrclConnection> {
  public:
   using OnEnd = std::function<void(CrclConnection&)>;
+  /// Notifications of the server. `input`: more than a read buffer is unfinished; the connection
+  /// may be closed meanwhile. `end`: once, when the socket has been closed. `time` as in
+  /// CrclSession.
+  struct Events {
+    std::function<void()> time, input;
+    OnEnd end;
+  };
 
-  /// `on_time` as in CrclSession; `on_end` is called once, when the socket has been closed.
   CrclConnection(boost::asio::ip::tcp::socket socket, std::string peer,
                  protocols::ConnectionLimiter::Slot slot, protocols::ConnectionTrace trace,
                  const CrclServerOptions& options, CommandExecutor& executor,
-                 CrclCounters& counters, std::function<void()> on_time, OnEnd on_end);
+                 CrclCounters& counters, Events events);
 
   void start();
   /// Accepts no further commands; closes once pending statuses are sent.
@@ -45,6 +51,10 @@ class CrclConnection final : public SessionWire,
   void notice_end();
 
   [[nodiscard]] protocols::ConnectionLimiter::Slot& slot() { return slot_; }
+  /// Bytes that have come and are not processed.
+  [[nodiscard]] std::size_t unfinished_bytes() const { return framer_.buffered(); }
+  /// Closes it in favour of other connections' documents.
+  void drop_unfinished();
   [[nodiscard]] const std::string& peer() const { return session_.caller().peer; }
   /// Whether its polls pass virtual time.
   [[nodiscard]] bool paces() const { return session_.paces(); }
@@ -88,7 +98,7 @@ class CrclConnection final : public SessionWire,
   const CrclServerOptions& options_;
   CommandExecutor& executor_;
   CrclCounters& counters_;
-  OnEnd on_end_;
+  const Events events_;
 
   CrclSession session_;
   crcl::Framer framer_;

@@ -54,8 +54,11 @@ class CrclServer::Impl {
                                                     peer);
                    return std::make_shared<CrclConnection>(
                        std::move(socket), std::move(peer), std::move(slot), std::move(trace),
-                       options_, executor_, counters_, [this] { follow_faults(); },
-                       [this](CrclConnection& ended) { service_.ended(ended); });
+                       options_, executor_, counters_,
+                       CrclConnection::Events{
+                           .time = [this] { follow_faults(); },
+                           .input = [this] { limit_input(); },
+                           .end = [this](CrclConnection& ended) { service_.ended(ended); }});
                  }),
         program_timer_(service_.io()),
         fault_timer_(service_.io()),
@@ -155,6 +158,18 @@ class CrclServer::Impl {
     program_pacer_.join({executor_.name(), api::PacerKind::kProgram, options_.listener.endpoint});
     if (program_pacer_.joined())
       program_pacer_.after(kProgramPeriod, [this] { advance_program(); });
+  }
+
+  void limit_input() {
+    std::size_t bytes = 0;
+    CrclConnection* largest = nullptr;
+    service_.for_each([&](CrclConnection& connection) {
+      bytes += connection.unfinished_bytes();
+      if (!largest || connection.unfinished_bytes() > largest->unfinished_bytes()) {
+        largest = &connection;
+      }
+    });
+    if (bytes > options_.max_unfinished_bytes) largest->drop_unfinished();
   }
 
   // A pacing client sees faults only at its own instants.

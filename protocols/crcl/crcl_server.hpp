@@ -45,6 +45,9 @@ struct CrclServerOptions {
   /// A program ends when its client disconnects, after the present command; else it continues to
   /// its end.
   bool end_program_with_client = false;
+  /// Limit of what unfinished documents of all connections take together [bytes]. Beyond it the
+  /// connection with the largest is closed.
+  std::size_t max_unfinished_bytes = std::size_t{8} << 20;
   /// Statuses kept for one connection before its next commands wait [bytes].
   std::size_t max_output_bytes = 65'536;
   /// A connection whose peer takes no pending status for this time is closed.

@@ -157,6 +157,12 @@ crcl::GripperStatus measured_gripper(const api::ToolDescription* tool,
   return status;
 }
 
+// Names the commander of a streamed motion where nothing else is described.
+void describe_stream(const api::MotionSnapshot& motion, crcl::CommandStatus& command) {
+  if (motion.source != api::MotionSource::kStream || command.description) return;
+  command.description = fmt::format("{} has the robot by a stream of motions", motion.commander);
+}
+
 int override_percent(const api::RobotSnapshot& robot) {
   return static_cast<int>(std::lround(robot.override_fraction * 100));
 }
@@ -287,6 +293,7 @@ crcl::Status build_status(crcl::CommandStatus command, const StatusSources& sour
   crcl::Status status;
   status.command = std::move(command);
   status.command.override_percent = override_percent(robot);
+  describe_stream(robot.motion, status.command);
   if (wanted.joints) {
     status.joints = joint_statuses(robot, joint_count, sources.joints, settings);
   }

@@ -23,6 +23,7 @@
 #include "protocols/grpc/calls/call_trace.hpp"
 #include "protocols/grpc/calls/command_waiter.hpp"
 #include "protocols/grpc/calls/connected_clients.hpp"
+#include "protocols/grpc/calls/unread_answers.hpp"
 #include "protocols/grpc/http2/backoff.hpp"
 #include "protocols/grpc/http2/http2_relay.hpp"
 #include "protocols/grpc/services/control_service.hpp"
@@ -30,6 +31,7 @@
 #include "protocols/grpc/services/journal_service.hpp"
 #include "protocols/grpc/services/robot_service.hpp"
 #include "protocols/grpc/services/telemetry_service.hpp"
+#include "protocols/grpc/services/trajectory_service.hpp"
 #include "protocols/grpc/streams/event_stream.hpp"
 #include "protocols/grpc/streams/stream_hub.hpp"
 #include "protocols/net/limited_log.hpp"
@@ -113,7 +115,10 @@ void set_up_grpc() {
 class TelemetryServer::Impl {
  public:
   Impl(TelemetryOptions options, api::CommandSink& sink, const api::SnapshotSource& source)
-      : options_(std::move(options)), sink_(sink), source_(source) {
+      : options_(std::move(options)),
+        sink_(sink),
+        source_(source),
+        unread_(options_.max_unread_bytes, options_.write_timeout) {
     if (options_.instance_id.empty()) options_.instance_id = random_instance_id();
     if (!options_.listener.access) {
       options_.listener.access = std::make_shared<protocols::Access>(protocols::AccessRules{});
@@ -139,13 +144,18 @@ class TelemetryServer::Impl {
       return port;
     }
     hub_ = std::make_unique<StreamHub>(source_, options_.feed, options_.max_streams,
-                                       options_.max_backlogs_bytes, options_.write_timeout,
-                                       [this] { report_health(); });
+                                       options_.max_backlogs_bytes, options_.write_timeout, [this] {
+                                         report_health();
+                                         unread_.cancel_stuck(UnreadAnswers::Clock::now());
+                                       });
     event_hub_ = std::make_unique<EventHub>(options_.events, options_.max_event_streams,
                                             options_.write_timeout);
+    trajectory_hub_ = std::make_unique<TrajectoryHub>(source_, options_.write_timeout);
     waiter_ = std::make_unique<CommandWaiter>(source_);
     telemetry_ = std::make_unique<TelemetryService>(options_, source_, *hub_, *event_hub_, *gate_);
     control_ = std::make_unique<ControlService>(options_, sink_, source_, *waiter_, *gate_);
+    trajectories_ =
+        std::make_unique<TrajectoryService>(options_, sink_, source_, *trajectory_hub_, *gate_);
     history_ = std::make_unique<HistoryService>(options_, *control_);
     journal_ = std::make_unique<JournalService>(options_.incidents, *gate_);
     robots_ = std::make_unique<RobotService>(
@@ -164,6 +174,7 @@ class TelemetryServer::Impl {
     if (waiter_) waiter_->stop();
     if (hub_) hub_->stop(deadline);
     if (event_hub_) event_hub_->stop(deadline);
+    if (trajectory_hub_) trajectory_hub_->stop(deadline);
     if (const auto server = detach_server()) {
       const auto left = deadline - std::chrono::steady_clock::now();
       server->Shutdown(std::chrono::system_clock::now() +
@@ -203,9 +214,11 @@ class TelemetryServer::Impl {
     builder.RegisterService(history_.get());
     builder.RegisterService(journal_.get());
     builder.RegisterService(robots_.get());
+    builder.RegisterService(trajectories_.get());
     // Outgoing messages pass the gate first, so that the other interceptors see refusals.
     auto interceptors = calls_.interceptors();
     interceptors.insert(interceptors.begin(), gate_->interceptor());
+    interceptors.insert(interceptors.begin(), unread_.interceptor());
     if (options_.listener.trace != nullptr) {
       interceptors.push_back(trace_of_calls(*options_.listener.trace, source_));
     }
@@ -246,6 +259,7 @@ class TelemetryServer::Impl {
     for (const char* name :
          {"", v1::TelemetryService::service_full_name(), v1::ControlService::service_full_name(),
           v1::HistoryService::service_full_name(), v1::JournalService::service_full_name(),
+          v1::TrajectoryService::service_full_name(),
           crcl::v1::RobotService::service_full_name()}) {
       health.SetServingStatus(name, serving);
     }
@@ -263,15 +277,18 @@ class TelemetryServer::Impl {
   RelayRules rules_;
   Backoff backoff_;
   CallCounter calls_;
+  UnreadAnswers unread_;
   ConnectedClients clients_;
   std::unique_ptr<CallGate> gate_;
   std::unique_ptr<Service> service_;
   std::unique_ptr<StreamHub> hub_;
   std::unique_ptr<EventHub> event_hub_;
+  std::unique_ptr<TrajectoryHub> trajectory_hub_;
   std::unique_ptr<CommandWaiter> waiter_;
   std::unique_ptr<TelemetryService> telemetry_;
   std::unique_ptr<ControlService> control_;
   std::unique_ptr<HistoryService> history_;
+  std::unique_ptr<TrajectoryService> trajectories_;
   std::unique_ptr<JournalService> journal_;
   std::unique_ptr<RobotService> robots_;
   std::mutex server_mutex_;

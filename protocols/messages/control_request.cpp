@@ -106,6 +106,12 @@ Result<api::SetIntruder> to_command(const v1::SetIntruderRequest& request) {
   return plain<api::SetIntruder>(request);
 }
 
+Result<api::FollowTrajectory> to_command(const v1::FollowTrajectory& message) {
+  api::FollowTrajectory goal;
+  if (auto ok = read_value(message, goal); !ok) return tl::unexpected(ok.error());
+  return goal;
+}
+
 Result<api::ConveyorCommand> to_command(const v1::SetConveyorRequest& request,
                                         const api::CellDescription& cell) {
   if (!cell.has_conveyor) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "aprsim/v1/control_service.pb.h"
+#include "aprsim/v1/trajectory.pb.h"
 #include "world/api/commands/command.hpp"
 #include "world/api/description/cell_description.hpp"
 #include "world/api/snapshot/snapshot.hpp"
@@ -24,6 +25,8 @@ namespace aprsim::protocols {
 [[nodiscard]] Result<api::InjectFault> to_command(const v1::InjectFaultRequest& request);
 [[nodiscard]] Result<api::ConveyorCommand> to_command(const v1::SetConveyorRequest& request,
                                                       const api::CellDescription& cell);
+/// Names and numbers are checked where the command is submitted and where it takes effect.
+[[nodiscard]] Result<api::FollowTrajectory> to_command(const v1::FollowTrajectory& message);
 /// Fails if the cell has stopped on a fault: only a reset or a saved state ends that.
 [[nodiscard]] Result<api::Resume> to_command(const v1::ResumeRequest& request,
                                              const api::Snapshot& snapshot);

@@ -31,6 +31,10 @@ struct EnumMatch<api::StopKind> : SameOrder<api::StopKind::kNormal, v1::StopKind
   static constexpr const char* kNoun = "stop's kind";
 };
 template <>
+struct EnumMatch<api::StreamMode> : SameOrder<api::StreamMode::kMoves, v1::StreamMode_MAX> {
+  static constexpr const char* kNoun = "stream's mode";
+};
+template <>
 struct EnumMatch<api::MotionLimit> : SameOrder<api::MotionLimit::kRotAccel, v1::MotionLimit_MAX> {
   static constexpr const char* kNoun = "motion limit";
 };
@@ -57,6 +61,13 @@ template <>
 struct EnumMatch<api::ActionState> : SameOrder<api::ActionState::kError, v1::ActionState_MAX> {};
 template <>
 struct EnumMatch<api::ActionKind> : SameOrder<api::ActionKind::kMotionLimit, v1::ActionKind_MAX> {};
+template <>
+struct EnumMatch<api::MotionSource> : SameOrder<api::MotionSource::kStream, v1::MotionSource_MAX> {
+};
+template <>
+struct EnumMatch<api::StreamPhase> : SameOrder<api::StreamPhase::kStopping, v1::StreamPhase_MAX> {};
+template <>
+struct EnumMatch<api::StreamResult> : SameOrder<api::StreamResult::kAlarm, v1::StreamResult_MAX> {};
 template <>
 struct EnumMatch<api::DriveFault> : SameOrder<api::DriveFault::kLightCurtain, v1::DriveFault_MAX> {
 };

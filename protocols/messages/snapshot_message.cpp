@@ -37,12 +37,22 @@ void write(const api::VisionFrame& frame, const api::CellDescription& cell,
   }
 }
 
+void write(const api::MotionSnapshot& motion, std::size_t joints, v1::MotionState& message) {
+  for (std::size_t i = 0; i < joints; ++i) {
+    message.add_reference_rad(motion.reference_rad[i]);
+    message.add_reference_rad_s(motion.reference_rad_s[i]);
+  }
+  if (!motion.ends) return;
+  for (const api::StreamEnd& end : *motion.ends) write_fields(end, *message.add_ends());
+}
+
 void write(const api::RobotSnapshot& robot, const api::RobotDescription& description,
            const api::CellDescription& cell, v1::RobotState& message) {
   write_fields(robot, message);
   message.set_name(description.name);
   const std::size_t joints = std::min(description.joints.size(), robot.joints.size());
   for (std::size_t i = 0; i < joints; ++i) write_fields(robot.joints[i], *message.add_joints());
+  write(robot.motion, joints, *message.mutable_motion());
   write(robot.gripper, cell, *message.mutable_gripper());
   write(robot.vision, cell, *message.mutable_vision());
 }
@@ -177,6 +187,10 @@ void write_message(const Pose& pose, v1::Pose& message) { write_value(pose, mess
 
 void write_message(std::chrono::nanoseconds span, google::protobuf::Duration& message) {
   write_value(span, message);
+}
+
+void write_message(const api::StreamEnd& end, v1::StreamEnd& message) {
+  write_fields(end, message);
 }
 
 void write_message(const api::BodySnapshot& body, const api::BodyDescription& description,

@@ -34,6 +34,7 @@ void write_message(const api::LightCurtainSnapshot& curtain,
 void write_message(const api::CellEvent& event, v1::CellEvent& message);
 /// Values beyond all limits are kept.
 [[nodiscard]] SimTime time_of(const google::protobuf::Duration& span);
+void write_message(const api::StreamEnd& end, v1::StreamEnd& message);
 void write_message(const api::InjectedFault& fault, v1::InjectedFault& message);
 void write_message(const faults::KindInfo& kind, v1::FaultKind& message);
 /// All kinds and quantities. The message must be empty.

@@ -116,6 +116,10 @@ bool Connection::may_process_request() const {
          replies_.bytes() < context_.options.max_output_bytes;
 }
 
+bool Connection::is_stop(const modbus::ValidatedRequest& validated) const {
+  return validated.verdict == Verdict::kRequest && context_.device.is_stop(validated.request);
+}
+
 // Follows the peer's end as soon as the system knows of it: requests before it may be unread. A
 // closed peer still gets its replies, and a turn of writes is still executed. False: the connection
 // has ended.
@@ -202,9 +206,7 @@ void Connection::take(const modbus::ValidatedRequest& validated) {
   deadlines_.restart_idle();
   record_.request(validated.adu);
   join_time();
-  const bool stop =
-      validated.verdict == Verdict::kRequest && context_.device.is_stop(validated.request);
-  if (!rate_.admit(Clock::now()) && !stop) {
+  if (!rate_.admit(Clock::now()) && !is_stop(validated)) {
     reply(executor_.refuse(validated.adu, modbus::ExceptionCode::kServerDeviceBusy));
   } else if (pacer_.joined()) {
     take_time(validated);
@@ -255,6 +257,10 @@ void Connection::execute(const modbus::ValidatedRequest& validated) {
 
 bool Connection::poll_applied(Clock::time_point now) {
   if (closed_ || !executor_.waiting() || !follow_peer()) return false;
+  // Requests are executed in their order, so a stop would wait for the write before it.
+  if (reader_.any_waiting([this](const auto& request) { return is_stop(request); })) {
+    executor_.hurry();
+  }
   auto answer = executor_.poll(now);
   if (!answer) return true;
   reply(std::move(*answer));

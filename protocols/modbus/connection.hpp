@@ -53,6 +53,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   [[nodiscard]] bool follow_peer();
   [[nodiscard]] bool admits(const modbus::ValidatedRequest& validated);
   [[nodiscard]] bool may_process_request() const;
+  [[nodiscard]] bool is_stop(const modbus::ValidatedRequest& validated) const;
   [[nodiscard]] bool process_request();
   void take(const modbus::ValidatedRequest& validated);
   void break_stream(std::string_view reason);

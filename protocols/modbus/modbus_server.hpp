@@ -58,11 +58,11 @@ struct ModbusServerStats {
 /// Reads return the latest snapshot. A write to the drive's registers becomes a command. Its reply
 /// is sent once a snapshot contains it, so later reads on any connection see it. Until then only
 /// the writing connection waits. A write that stops the belt is always accepted, and confirmed
-/// after `stop_deadline` at the latest. A client that closes has at most one turn of its unread
-/// writes executed. Exceptions beyond the protocol's own checks: 3 value outside its register's
-/// range; 4 no conveyor, or the write was not confirmed within `apply_deadline` (it may still take
-/// effect); 6 the simulation accepts no commands now, or the request rate is exceeded: nothing was
-/// changed.
+/// after `stop_deadline` at the latest; this also limits the wait of a write before it. A
+/// client that closes has at most one turn of its unread writes executed. Exceptions beyond the
+/// protocol's own checks: 3 value outside its register's range; 4 no conveyor, or the write was not
+/// confirmed within `apply_deadline` (it may still take effect); 6 the simulation accepts no
+/// commands now, or the request rate is exceeded: nothing was changed.
 class ModbusServer {
  public:
   /// Keeps references to both; they must outlive the server.

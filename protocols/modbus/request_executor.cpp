@@ -1,5 +1,6 @@
 #include "protocols/modbus/request_executor.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "protocols/modbus/reply_faults.hpp"
@@ -29,8 +30,9 @@ std::optional<RequestExecutor::Reply> RequestExecutor::write(
   if (!ticket) return refuse(validated.adu, ticket.error());
   if (*ticket == 0) return answer(validated.adu);
   const auto patience = stop ? context_.options.stop_deadline : context_.options.apply_deadline;
+  const auto now = Clock::now();
   waiting_ = WaitingWrite{
-      *ticket, Clock::now() + patience, {validated.adu.begin(), validated.adu.end()}, stop};
+      *ticket, now, now + patience, {validated.adu.begin(), validated.adu.end()}, stop};
   return std::nullopt;
 }
 
@@ -38,13 +40,21 @@ std::optional<RequestExecutor::Reply> RequestExecutor::poll(Clock::time_point no
   if (!waiting_) return std::nullopt;
   const bool applied = context_.device.applied(waiting_->ticket);
   if (!applied && now < waiting_->deadline) return std::nullopt;
-  const auto [ticket, deadline, adu, stop] = *std::exchange(waiting_, std::nullopt);
+  const auto [ticket, since, deadline, adu, stop] = *std::exchange(waiting_, std::nullopt);
   // A stop that is queued takes effect before any later step.
   if (!applied && stop) context_.device.show(ticket);
   if (applied || stop) return answer(adu);
-  context_.log.warn(peer_ + ": the simulation did not confirm a write within " +
-                    std::to_string(context_.options.apply_deadline.count()) + " ms");
+  context_.log.warn(
+      peer_ + ": the simulation did not confirm a write within " +
+      std::to_string(duration_cast<std::chrono::milliseconds>(deadline - since).count()) + " ms");
   return refuse(adu, ExceptionCode::kServerDeviceFailure);
+}
+
+void RequestExecutor::hurry() {
+  if (waiting_) {
+    waiting_->deadline =
+        std::min(waiting_->deadline, waiting_->since + context_.options.stop_deadline);
+  }
 }
 
 RequestExecutor::Reply RequestExecutor::answer(std::span<const std::uint8_t> adu) {

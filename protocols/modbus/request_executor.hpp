@@ -29,13 +29,15 @@ class RequestExecutor {
   [[nodiscard]] bool waiting() const { return waiting_.has_value(); }
   /// The reply to the pending write, once it has been applied or has timed out.
   [[nodiscard]] std::optional<Reply> poll(Clock::time_point now);
+  /// A stop waits behind the pending write: it times out as early as a stop does.
+  void hurry();
   /// Drops the pending write.
   void cancel() { waiting_.reset(); }
 
  private:
   struct WaitingWrite {
     api::Ticket ticket = 0;
-    Clock::time_point deadline;
+    Clock::time_point since, deadline;
     std::vector<std::uint8_t> adu;
     bool stop = false;  ///< is confirmed at the deadline
   };

@@ -33,6 +33,19 @@ class RequestReader {
   [[nodiscard]] std::span<const std::uint8_t> rest() const {
     return std::span(bytes_).subspan(used_, size_ - used_);
   }
+  /// Whether any complete request that next() has not consumed satisfies the condition.
+  template <typename Condition>
+  [[nodiscard]] bool any_waiting(const Condition& condition) const {
+    auto left = rest();
+    while (true) {
+      const modbus::ValidatedRequest request = modbus::validate_request(left, rules_);
+      const bool complete = request.verdict != modbus::Verdict::kIncomplete &&
+                            request.verdict != modbus::Verdict::kBroken;
+      if (!complete) return false;
+      if (condition(request)) return true;
+      left = left.subspan(request.adu.size());
+    }
+  }
   /// Frees the space of consumed bytes; not during a read into room().
   void compact();
 

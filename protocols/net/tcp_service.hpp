@@ -42,7 +42,7 @@ class TcpService {
         work_(io_.get_executor()),
         listener_(io_, name_, options,
                   [this](TcpListener::Socket socket, std::string peer, TcpListener::Slot slot) {
-                    connect(std::move(socket), std::move(peer), std::move(slot));
+                    connect(make_, std::move(socket), std::move(peer), std::move(slot));
                   }),
         drain_timer_(io_) {}
   ~TcpService() { stop(); }
@@ -54,6 +54,16 @@ class TcpService {
 
   // Thread: the owner's.
 
+  /// One more port, served by the same thread. The owner calls its listen() before start().
+  [[nodiscard]] TcpListener& add(std::string name, const ListenerOptions& options, Make make) {
+    auto accept = [this, make = std::move(make)](TcpListener::Socket socket, std::string peer,
+                                                 TcpListener::Slot slot) {
+      connect(make, std::move(socket), std::move(peer), std::move(slot));
+    };
+    others_.push_back(
+        std::make_unique<TcpListener>(io_, std::move(name), options, std::move(accept)));
+    return *others_.back();
+  }
   /// Binds; connections wait until start(). Returns the port.
   [[nodiscard]] Result<std::uint16_t> listen() { return listener_.listen(); }
   void start() {
@@ -61,7 +71,7 @@ class TcpService {
   }
   /// Accepts no more connections; open ones continue.
   void stop_accepting() {
-    boost::asio::post(io_, [this] { listener_.close(); });
+    boost::asio::post(io_, [this] { close_listeners(); });
   }
   /// Drains and waits for the end. `on_drain` cancels, on the service's thread, the owner's other
   /// pending work there. No effect unless the service runs.
@@ -77,11 +87,15 @@ class TcpService {
   /// Refuses connections, or accepts them again on the same port.
   void refuse_connections(bool refuse) {
     if (draining_) return;
-    if (refuse) {
-      listener_.suspend();
-    } else {
-      listener_.resume();
-    }
+    const auto set = [refuse](TcpListener& listener) {
+      if (refuse) {
+        listener.suspend();
+      } else {
+        listener.resume();
+      }
+    };
+    set(listener_);
+    for (const auto& other : others_) set(*other);
   }
   void ended(Connection& connection) {
     connection.slot().leave();
@@ -97,8 +111,9 @@ class TcpService {
   }
 
  private:
-  void connect(TcpListener::Socket socket, std::string peer, TcpListener::Slot slot) {
-    const auto connection = make_(std::move(socket), std::move(peer), std::move(slot));
+  void connect(const Make& make, TcpListener::Socket socket, std::string peer,
+               TcpListener::Slot slot) {
+    const auto connection = make(std::move(socket), std::move(peer), std::move(slot));
     connections_[connection.get()] = connection;
     connection->slot().on_evict([weak = std::weak_ptr<Connection>(connection)] {
       if (const auto open = weak.lock()) open->evict();
@@ -111,9 +126,14 @@ class TcpService {
     }
   }
 
+  void close_listeners() {
+    listener_.close();
+    for (const auto& other : others_) other->close();
+  }
+
   void drain(const std::function<void()>& on_drain) {
     draining_ = true;
-    listener_.close();
+    close_listeners();
     on_drain();
     drain_timer_.expires_after(drain_deadline_);
     drain_timer_.async_wait([this](const boost::system::error_code& cancelled) {
@@ -135,6 +155,7 @@ class TcpService {
   boost::asio::io_context io_{1};
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_;
   TcpListener listener_;
+  std::vector<std::unique_ptr<TcpListener>> others_;
   std::map<const Connection*, std::shared_ptr<Connection>> connections_;
   boost::asio::steady_timer drain_timer_;
   bool draining_ = false;

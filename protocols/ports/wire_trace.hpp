@@ -8,7 +8,7 @@
 /// Complete traffic of the wires, for the journal. (The tap keeps only the latest part.)
 namespace aprsim::protocols {
 
-enum class WireKind { kCrcl, kModbus, kVision, kGrpc, kWeb };
+enum class WireKind { kCrcl, kModbus, kVision, kGrpc, kWeb, kSimpleMessage };
 enum class WireContent { kOpened, kReceived, kSent, kClosed };
 
 /// One connection of a client.

@@ -79,6 +79,11 @@ Listener listener_of(const std::string& name, const Config& config) {
     return {config.vision.address,
             by_address(config.vision.allow, "vision.allow", "may view, nobody may command")};
   }
+  if (name.starts_with("motion.") || name.starts_with("state.") || name.starts_with("gripper.")) {
+    return {
+        config.simple_message.address,
+        by_address(config.simple_message.allow, "simple_message.allow", "may command the robot")};
+  }
   if (name == "modbus") {
     return {config.modbus.address,
             by_address(

@@ -190,6 +190,10 @@ class FreePorts : public SomeKeys {
            const char* /*meaning*/) {
     port = 0;
   }
+  void key(std::string_view /*name*/, bool& free, const ScenePorts& /*type*/,
+           const char* /*meaning*/) {
+    free = true;
+  }
   void by_robot(std::string_view /*name*/, std::map<std::string, std::uint16_t>& ports,
                 const Port& /*type*/, const char* /*meaning*/) {
     for (auto& [robot, port] : ports) port = 0;

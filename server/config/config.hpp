@@ -90,6 +90,16 @@ struct VisionConfig {
   double repeat_s = 0.25;
 };
 
+/// ROS-Industrial's Simple Message, of the robots whose scene has it.
+struct SimpleMessageConfig {
+  std::string address = "localhost";
+  bool free_ports = false;  ///< key ports
+  // Ports that are not the scene's, by robot.
+  std::map<std::string, std::uint16_t> motion, state, gripper;
+  std::uint32_t max_connections = 8;
+  std::vector<std::string> allow;
+};
+
 /// The web page. Its files belong to the installation.
 struct WebConfig {
   bool enabled = true;
@@ -161,6 +171,7 @@ struct Config {
   ModbusConfig modbus;
   GrpcConfig grpc;
   VisionConfig vision;
+  SimpleMessageConfig simple_message;
   WebConfig web;
 };
 

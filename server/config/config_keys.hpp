@@ -114,6 +114,22 @@ void visit(Archive& keys, VisionConfig& vision) {
 }
 
 template <typename Archive>
+void visit(Archive& keys, SimpleMessageConfig& simple_message) {
+  keys.key("address", simple_message.address, Address{}, "address to listen on");
+  keys.key("ports", simple_message.free_ports, ScenePorts{},
+           "ports of the scene's robots, or free ones");
+  keys.by_robot("motion", simple_message.motion, Port{},
+                "port of a robot's motion, in place of the scene's");
+  keys.by_robot("state", simple_message.state, Port{},
+                "port of a robot's state, in place of the scene's");
+  keys.by_robot("gripper", simple_message.gripper, Port{},
+                "port of a robot's gripper or I/O, in place of the scene's");
+  keys.key("max_connections", simple_message.max_connections, kConnections,
+           "limit of simultaneous connections to each port");
+  keys.key("allow", simple_message.allow, ListOf<Network>{}, kAllowed);
+}
+
+template <typename Archive>
 void visit(Archive& keys, WebConfig& web) {
   keys.key("enabled", web.enabled, Flag{}, "serve the web page");
   keys.key("address", web.address, Address{}, "address to listen on");
@@ -241,6 +257,8 @@ void visit(Archive& keys, Config& config) {
   keys.section("grpc", config.grpc, "telemetry and control over gRPC");
   keys.section("vision", config.vision,
                "detections of the overhead cameras, one listener per camera");
+  keys.section("simple_message", config.simple_message,
+               "ROS-Industrial's Simple Message of robots whose scene has it");
   keys.section("web", config.web, "web page");
 }
 

@@ -80,6 +80,16 @@ struct Word {
   [[nodiscard]] std::string text() const { return fmt::format("{}", fmt::join(words, ", ")); }
 };
 
+/// Ports as the scene has them, or ones that the system picks.
+struct ScenePorts {
+  void read(const yaml::Node& node, bool& value) const { kWord.read(node, value); }
+  [[nodiscard]] std::string write(bool value) const { return kWord.write(value); }
+  [[nodiscard]] std::string text() const { return kWord.text(); }
+
+ private:
+  inline static const Word kWord{{"scene", "free"}};
+};
+
 /// A text that is kept from others, and never printed; empty = there is none. Fits into a header.
 struct Secret {
   std::size_t min_size;

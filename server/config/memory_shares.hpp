@@ -19,9 +19,12 @@ struct MemoryShares {
   std::uint64_t past_states = 0;  ///< computed for queries of the past
   std::uint64_t saved_states = 0;
   std::uint64_t clients = 0;                   ///< all of what follows
-  std::uint64_t grpc = 0;                      ///< messages of gRPC that are read and sent
+  std::uint64_t grpc = 0;                      ///< buffers of gRPC
   std::uint64_t backlogs = 0;                  ///< samples that wait for slow readers of streams
-  std::uint64_t transfers = 0;                 ///< saved states on their way in
+  std::uint64_t answers = 0;                   ///< messages of gRPC that wait for slow readers
+  std::uint64_t transfers = 0;                 ///< saved states on their way in and out
+  std::uint64_t pages = 0;                     ///< messages that wait for slow pages
+  std::uint64_t documents = 0;                 ///< unfinished documents of CRCL, of all robots
   std::uint64_t crcl_tap = 0, modbus_tap = 0;  ///< documents and requests that pages show
 };
 

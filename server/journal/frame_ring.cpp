@@ -21,7 +21,9 @@ void FrameRing::add(const Frame& frame) {
   const auto old = [&] {
     return segments_.size() > 1 && segments_[1].clock + max_steps_ <= frame.clock;
   };
-  while (!segments_.empty() && (bytes_ > max_bytes_ || old())) drop_oldest();
+  std::erase_if(held_, [](const auto& bytes) { return bytes.expired(); });
+  const auto large = [&] { return bytes_ + held_bytes() > max_bytes_; };
+  while (!segments_.empty() && (large() || old())) drop_oldest();
 }
 
 void FrameRing::drop_older_half() {
@@ -29,8 +31,19 @@ void FrameRing::drop_older_half() {
 }
 
 void FrameRing::drop_oldest() {
+  for (const FrameBytes& bytes : segments_.front().frames) {
+    if (bytes.use_count() > 1) held_.push_back(bytes);
+  }
   bytes_ -= segments_.front().bytes;
   segments_.pop_front();
+}
+
+std::size_t FrameRing::held_bytes() const {
+  std::size_t bytes = 0;
+  for (const auto& held : held_) {
+    if (const auto frame = held.lock()) bytes += frame->size();
+  }
+  return bytes;
 }
 
 std::vector<FrameBytes> FrameRing::last(std::uint64_t steps, std::uint64_t clock) const {

@@ -12,7 +12,7 @@
 namespace aprsim::protocols {
 
 template <>
-struct EnumMatch<WireKind> : SameOrder<WireKind::kWeb, v1::WireKind_MAX> {};
+struct EnumMatch<WireKind> : SameOrder<WireKind::kSimpleMessage, v1::WireKind_MAX> {};
 template <>
 struct EnumMatch<WireContent> : SameOrder<WireContent::kClosed, v1::WireContent_MAX> {};
 

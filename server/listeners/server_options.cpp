@@ -98,6 +98,31 @@ vision_server::VisionServerOptions vision_options(const ListenerContext& context
   return options;
 }
 
+simple_message::SimpleMessageOptions simple_message_options(const ListenerContext& context,
+                                                            int index, const scene::Robot& robot) {
+  const SimpleMessageConfig& config = context.config.simple_message;
+  const scene::SimpleMessageServers& own = robot.simple_message.value();
+  const auto port = [&](const std::map<std::string, std::uint16_t>& set, std::uint16_t of_scene) {
+    const auto found = set.find(robot.name);
+    if (found != set.end()) return found->second;
+    return config.free_ports ? std::uint16_t{0} : of_scene;
+  };
+  simple_message::SimpleMessageOptions options;
+  configure(options.listener, context, config, 0,
+            kFirstSimpleMessageEndpoint + static_cast<api::EndpointId>(index));
+  options.motion_port = port(config.motion, own.motion_port);
+  options.state_port = port(config.state, own.state_port);
+  options.gripper_port = port(config.gripper, own.gripper_port);
+  options.robot = index;
+  options.controller = own.controller == scene::SimpleMessageController::kMotomanFs100
+                           ? simple_message::ControllerKind::kMotomanFs100
+                           : simple_message::ControllerKind::kFanucKarel;
+  options.joint_speed = own.joint_speed;
+  options.rounding = own.cnt / 100;
+  options.interpolation_clock = milliseconds(own.interpolation_ms);
+  return options;
+}
+
 modbus_server::ModbusServerOptions modbus_options(const ListenerContext& context) {
   const ModbusConfig& config = context.config.modbus;
   modbus_server::ModbusServerOptions options;

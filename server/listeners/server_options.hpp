@@ -6,6 +6,7 @@
 #include "protocols/crcl/crcl_server.hpp"
 #include "protocols/grpc/grpc_server.hpp"
 #include "protocols/modbus/modbus_server.hpp"
+#include "protocols/simple_message/simple_message_server.hpp"
 #include "protocols/vision/vision_server.hpp"
 #include "protocols/web/web_server.hpp"
 #include "server/access/security_context.hpp"
@@ -20,6 +21,7 @@ inline constexpr api::EndpointId kModbusEndpoint = 1;
 inline constexpr api::EndpointId kGrpcEndpoint = 2;
 inline constexpr api::EndpointId kWebEndpoint = 3;
 inline constexpr api::EndpointId kFirstCrclEndpoint = 16;
+inline constexpr api::EndpointId kFirstSimpleMessageEndpoint = 4096;
 
 /// Objects that all listeners of a daemon share; they outlive the listeners.
 struct ListenerContext {
@@ -40,6 +42,9 @@ struct ListenerContext {
 [[nodiscard]] vision_server::VisionServerOptions vision_options(const ListenerContext& context,
                                                                 int index,
                                                                 const std::string& robot);
+/// For a robot whose scene has Simple Message.
+[[nodiscard]] simple_message::SimpleMessageOptions simple_message_options(
+    const ListenerContext& context, int index, const scene::Robot& robot);
 [[nodiscard]] modbus_server::ModbusServerOptions modbus_options(const ListenerContext& context);
 [[nodiscard]] grpc_server::TelemetryOptions telemetry_options(const ListenerContext& context);
 [[nodiscard]] web::WebServerOptions web_options(const ListenerContext& context,

@@ -185,13 +185,16 @@ void write_robots(MetricsText& out, const api::Snapshot& now) {
 
 void write_requests(MetricsText& out, const MetricsSources& sources) {
   // The label wire is the listener's name, as in the ports file.
-  const auto each = [&](const auto& of_crcl, const auto& of_vision, const auto& of_modbus,
-                        const auto& of_grpc, const auto& of_web) {
+  const auto each = [&](const auto& of_crcl, const auto& of_vision, const auto& of_simple_message,
+                        const auto& of_modbus, const auto& of_grpc, const auto& of_web) {
     for (const auto& [robot, stats] : sources.crcl) {
       out.sample(of_crcl(stats), {{"wire", "crcl." + robot}});
     }
     for (const auto& [robot, stats] : sources.vision) {
       out.sample(of_vision(stats), {{"wire", "vision." + robot}});
+    }
+    for (const auto& [robot, stats] : sources.simple_message) {
+      out.sample(of_simple_message(stats), {{"wire", "simple_message." + robot}});
     }
     out.sample(of_modbus(sources.modbus), {{"wire", "modbus"}});
     out.sample(of_grpc(sources.grpc), {{"wire", "grpc"}});
@@ -201,27 +204,29 @@ void write_requests(MetricsText& out, const MetricsSources& sources) {
   const auto accepted = [](const auto& stats) { return stats.accepted; };
   const auto refused = [](const auto& stats) { return stats.refused; };
   out.metric("aprsim_connections", kGauge, "Open connections.");
-  each(open, open, open, open, open);
+  each(open, open, open, open, open, open);
   out.metric("aprsim_connections_accepted_total", kCounter, "Connections accepted.");
-  each(accepted, accepted, accepted, accepted, accepted);
+  each(accepted, accepted, accepted, accepted, accepted, accepted);
   out.metric("aprsim_connections_refused_total", kCounter,
              "Connections closed because a limit was reached.");
-  each(refused, refused, refused, refused, refused);
+  each(refused, refused, refused, refused, refused, refused);
   out.metric(
       "aprsim_requests_total", kCounter,
-      "CRCL documents, camera frames, Modbus requests, gRPC calls, requests over HTTP and of "
-      "pages.");
+      "CRCL documents, camera frames, Simple Messages, Modbus requests, gRPC calls, requests over "
+      "HTTP and of pages.");
   each([](const auto& stats) { return stats.commands; },
        [](const auto& stats) { return stats.frames; },
+       [](const auto& stats) { return stats.requests; },
        [](const auto& stats) { return stats.requests; },
        [](const auto& stats) { return stats.calls; },
        [](const auto& stats) { return stats.requests; });
   out.metric(
       "aprsim_request_errors_total", kCounter,
-      "CRCL and camera connections closed because of a fault of the peer, Modbus exceptions, "
-      "failed gRPC calls, and failed requests over HTTP and of pages.");
+      "CRCL and camera connections closed because of a fault of the peer, Simple Messages without "
+      "success, Modbus exceptions, failed gRPC calls, and failed requests over HTTP and of pages.");
   each([](const auto& stats) { return stats.dropped; },
        [](const auto& stats) { return stats.dropped; },
+       [](const auto& stats) { return stats.rejected; },
        [](const auto& stats) { return stats.exceptions; },
        [](const auto& stats) { return stats.failed; },
        [](const auto& stats) { return stats.failed; });
@@ -230,10 +235,13 @@ void write_requests(MetricsText& out, const MetricsSources& sources) {
 void write_answers(MetricsText& out, const MetricsSources& sources) {
   out.metric(
       "aprsim_answer_seconds", kHistogram,
-      "Time from a GetStatus, Modbus request, gRPC call, or request over HTTP or of a page to "
-      "its answer.");
+      "Time from a GetStatus, Simple Message, Modbus request, gRPC call, or request over HTTP or "
+      "of a page to its answer.");
   for (const auto& [robot, stats] : sources.crcl) {
     out.histogram(stats.answer_times, {{"wire", "crcl." + robot}});
+  }
+  for (const auto& [robot, stats] : sources.simple_message) {
+    out.histogram(stats.answer_times, {{"wire", "simple_message." + robot}});
   }
   out.histogram(sources.modbus.answer_times, {{"wire", "modbus"}});
   out.histogram(sources.grpc.answer_times, {{"wire", "grpc"}});
@@ -246,9 +254,12 @@ void write_streams(MetricsText& out, const MetricsSources& sources) {
   out.metric("aprsim_stream_samples_total", kCounter, "Snapshots sent by these streams.");
   out.sample(sources.grpc.samples);
   out.metric("aprsim_stream_drops_total", kCounter,
-             "Snapshots and camera frames dropped because a reader was slow.");
+             "Snapshots, camera frames and robot states dropped because a reader was slow.");
   for (const auto& [robot, stats] : sources.vision) {
     out.sample(stats.skipped, {{"wire", "vision." + robot}});
+  }
+  for (const auto& [robot, stats] : sources.simple_message) {
+    out.sample(stats.skipped, {{"wire", "simple_message." + robot}});
   }
   out.sample(sources.grpc.dropped, {{"wire", "grpc"}});
   out.sample(sources.web.skipped, {{"wire", "web"}});

@@ -12,6 +12,7 @@
 #include "protocols/crcl/crcl_server.hpp"
 #include "protocols/grpc/grpc_server.hpp"
 #include "protocols/modbus/modbus_server.hpp"
+#include "protocols/simple_message/simple_message_server.hpp"
 #include "protocols/vision/vision_server.hpp"
 #include "protocols/web/web_server.hpp"
 #include "server/config/memory_shares.hpp"
@@ -44,6 +45,7 @@ struct MetricsSources {
   std::size_t waiting_commands = 0;
   std::vector<std::pair<std::string, crcl_server::CrclServerStats>> crcl;  ///< by robot
   std::vector<std::pair<std::string, vision_server::VisionServerStats>> vision;
+  std::vector<std::pair<std::string, simple_message::SimpleMessageStats>> simple_message;
   modbus_server::ModbusServerStats modbus;
   std::optional<journal::JournalStats> journal;  ///< where the run is recorded
   grpc_server::TelemetryStats grpc;

@@ -72,7 +72,8 @@ std::string text_of(const RecordedRun& run, const ReplayResult& result) {
   if (!result.damage.empty()) text += "the journal ends early: " + result.damage + '\n';
   if (result.replies > 0) {
     text += fmt::format(
-        "{} replies compared: joints, poses and grippers in CRCL statuses, registers read by "
+        "{} replies compared: joints, poses and grippers in CRCL statuses, joints in states of "
+        "Simple Message, registers read by "
         "Modbus clients, lines of cameras\n",
         result.replies);
   }

@@ -10,7 +10,15 @@ namespace aprsim::server::journal {
 WireCheck::WireCheck(const scene::Scene& scene,
                      const std::optional<modbus::ConveyorScaling>& scaling)
     : scaling_(scaling) {
-  for (std::size_t i = 0; i < scene.robots.size(); ++i) robots_[scene.robots[i].name] = i;
+  for (std::size_t i = 0; i < scene.robots.size(); ++i) {
+    const scene::Robot& robot = scene.robots[i];
+    robots_[robot.name] = i;
+    if (!robot.simple_message) continue;
+    controllers_[i] =
+        robot.simple_message->controller == scene::SimpleMessageController::kMotomanFs100
+            ? simple_message::ControllerKind::kMotomanFs100
+            : simple_message::ControllerKind::kFanucKarel;
+  }
 }
 
 void WireCheck::process(const v1::JournalRecord& record, bool runs) {
@@ -41,6 +49,10 @@ WireCheck::Connection& WireCheck::connection_of(const v1::JournalWire& wire) {
     connection->crcl = std::make_shared<CrclReplies>(*connection->robot);
   } else if (wire.kind() == v1::WIRE_KIND_MODBUS && scaling_) {
     connection->modbus = std::make_shared<ModbusReplies>(*scaling_);
+  } else if (wire.kind() == v1::WIRE_KIND_SIMPLE_MESSAGE && connection->robot &&
+             controllers_.contains(*connection->robot)) {
+    connection->states = std::make_shared<SimpleMessageStates>(*connection->robot,
+                                                               controllers_.at(*connection->robot));
   }
   return *connection;
 }
@@ -61,6 +73,8 @@ void WireCheck::process(const v1::JournalWire& wire, bool runs) {
   } else if (connection.modbus) {
     if (received) return connection.modbus->received(wire.data(), at);
     reply = connection.modbus->sent(wire.data(), at);
+  } else if (connection.states && !received) {
+    reply = connection.states->sent(wire.data(), at);
   } else if (wire.kind() == v1::WIRE_KIND_VISION && connection.robot && !received && runs) {
     lines_.push_back({at, connections_[wire.connection()], wire.data()});
   }

@@ -12,6 +12,7 @@
 #include "server/replay/crcl_replies.hpp"
 #include "server/replay/difference.hpp"
 #include "server/replay/modbus_replies.hpp"
+#include "server/replay/simple_message_states.hpp"
 #include "server/replay/vision_lines.hpp"
 #include "server/replay/wire_moments.hpp"
 #include "server/replay/wire_reply.hpp"
@@ -22,8 +23,8 @@
 namespace aprsim::server::journal {
 
 /// Compares the recorded replies of listeners with those of the replay, as far as the cell alone
-/// determines them: joints, poses and grippers of CRCL statuses, registers read by Modbus clients,
-/// lines of cameras. Thread: one at a time.
+/// determines them: joints, poses and grippers of CRCL statuses, joints of Simple Messages,
+/// registers read by Modbus clients, lines of cameras. Thread: one at a time.
 class WireCheck {
  public:
   /// `scaling`: of the recorded run's belt; absent = Modbus replies are not compared.
@@ -47,6 +48,7 @@ class WireCheck {
     std::optional<std::size_t> robot{};
     std::shared_ptr<CrclReplies> crcl{};
     std::shared_ptr<ModbusReplies> modbus{};
+    std::shared_ptr<const SimpleMessageStates> states{};
     bool known_line = false;  ///< of its camera, before
   };
   struct Waiting {
@@ -66,7 +68,8 @@ class WireCheck {
   void compare(const WaitingLine& line);
   void differs(world::RunTime time, const std::string& name, const std::string& what);
 
-  std::map<std::string, std::size_t> robots_;  ///< by name
+  std::map<std::string, std::size_t> robots_;                          ///< by name
+  std::map<std::size_t, simple_message::ControllerKind> controllers_;  ///< by robot
   const std::optional<modbus::ConveyorScaling> scaling_;
   std::map<std::uint64_t, std::shared_ptr<Connection>> connections_;  ///< by number
   std::deque<Waiting> waiting_;

@@ -512,7 +512,8 @@ def http2_flood(daemon, seconds, connections, make):
         thread.start()
     while time.monotonic() < end:
         code, text = daemon.status()
-        if code != 0:
+        # 1 is an answer too: the cell is slower than it should be, as on a busy machine.
+        if code not in (0, 1):
             raise RuntimeError("an honest client met: " + text)
         time.sleep(0.05)
     for thread in threads:
@@ -666,6 +667,107 @@ def resets_and_loads(daemon, seconds):
             (b"Reset", b"") if number % 2 else (b"LoadState", named(b"one")),
         ],
     )
+
+
+SIMPLE_MESSAGE = {"arguments": ["--scene", "aprs_2024"]}
+
+
+def simple_message(kind, body, length=None):
+    return struct.pack(">4i", 12 + len(body) if length is None else length, kind, 2, 0) + body
+
+
+def motoman_point(sequence, seconds, joint=0.0):
+    return simple_message(
+        14, struct.pack(">3if", 0, sequence, 7, seconds) + struct.pack(">f", joint) + bytes(116), 136
+    )
+
+
+def connect_to(daemon, name):
+    connection = socket.create_connection(("127.0.0.1", daemon.ports[name]), 5)
+    connection.setblocking(False)
+    return connection
+
+
+def exchange(connection, data):
+    """Sends what the kernel takes, forgets what has come; False where the peer has gone."""
+    try:
+        connection.send(data)
+        return connection.recv(1 << 16) != b""
+    except (BlockingIOError, InterruptedError):
+        return True
+    except OSError:
+        return False
+
+
+def flood_port(daemon, seconds, name, data):
+    """One client after the other: a robot's controller serves few."""
+    end = until(seconds)
+    connection = connect_to(daemon, name)
+    while time.monotonic() < end:
+        if not exchange(connection, data):
+            connection.close()
+            connection = connect_to(daemon, name)
+    connection.close()
+
+
+@attack(**SIMPLE_MESSAGE)
+def Simple_Message_flood_of_points(daemon, seconds):
+    """Points that jump, among requests to start."""
+    start = simple_message(2001, struct.pack(">3i", 0, 0, 200121) + bytes(40))
+    points = b"".join(motoman_point(i, 0.1 * i, 3.0 * (i % 2)) for i in range(50))
+    flood_port(daemon, seconds, "motion.motoman", start + points)
+
+
+@attack(**SIMPLE_MESSAGE)
+def Simple_Message_flood_of_moves(daemon, seconds):
+    moves = b"".join(
+        simple_message(11, struct.pack(">i6f", i, *([0.3 * (i % 2)] * 6)) + bytes(24))
+        for i in range(50)
+    )
+    flood_port(daemon, seconds, "motion.fanuc", moves)
+
+
+@attack(**SIMPLE_MESSAGE)
+def Simple_Message_flood_of_valves(daemon, seconds):
+    valves = b"".join(
+        simple_message(2005, struct.pack(">2i", address, value), 25)
+        for value in (0, 1)
+        for address in (10010, 10011, 10012)
+    )
+    flood_port(daemon, seconds, "gripper.motoman", valves * 20)
+
+
+@attack(**SIMPLE_MESSAGE)
+def Simple_Message_garbage(daemon, seconds):
+    """Noise behind a believable beginning, cut anywhere."""
+    end = until(seconds)
+    noise = random.Random(6)
+    names = [name for name in daemon.ports if name.startswith(("motion.", "state.", "gripper."))]
+    kinds = [1, 10, 11, 13, 14, 15, 2001, 2002, 2003, 2005, 2012, 2016, 2018, 9999]
+    while time.monotonic() < end:
+        try:
+            connection = socket.create_connection(("127.0.0.1", daemon.ports[noise.choice(names)]), 1)
+            for _ in range(noise.randrange(1, 20)):
+                body = noise.randbytes(noise.randrange(0, 600))
+                length = noise.choice([None, 0, -1, 2**31 - 1])
+                connection.sendall(simple_message(noise.choice(kinds), body, length))
+            connection.close()
+        except OSError:
+            pass
+
+
+@attack(**SIMPLE_MESSAGE)
+def states_of_a_robot_that_nobody_reads(daemon, seconds):
+    end = until(seconds)
+    held = []
+    while time.monotonic() < end:
+        for name in ("state.fanuc", "state.motoman"):
+            try:
+                held.append(socket.create_connection(("127.0.0.1", daemon.ports[name]), 1))
+            except OSError:
+                pass
+        time.sleep(0.01)
+    close_all(held)
 
 
 @attack(log_pipe=True, arguments=["--set", "log_level=debug"])

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdlib>
 
+#include "tests/support/sanitizers.hpp"
+
 namespace {
 
 thread_local long count = 0;
@@ -12,7 +14,7 @@ thread_local long count = 0;
 
 long aprsim::test::allocations() { return count; }
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef APRSIM_SANITIZED
 
 // Declared in the sanitizers' allocator_interface.h, which GCC does not ship.
 extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*malloc_hook)(const volatile void*,

@@ -1,12 +1,17 @@
 #pragma once
 
+#include "tests/support/sanitizers.hpp"
+
 namespace aprsim::test {
 
-/// Factor on deadlines of the wall clock: sanitizers take their time.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-inline constexpr int kPatience = 10;
+/// Whether sanitizers take time and memory of their own.
+#ifdef APRSIM_SANITIZED
+inline constexpr bool kSanitized = true;
 #else
-inline constexpr int kPatience = 1;
+inline constexpr bool kSanitized = false;
 #endif
+
+/// Factor on deadlines of the wall clock.
+inline constexpr int kPatience = kSanitized ? 10 : 1;
 
 }  // namespace aprsim::test

@@ -68,6 +68,42 @@ void inject_faults(world::World& world) {
   if (!eyes.empty()) inject(world, "belt-jam", "", api::WhenBeamBroken{eyes.front().name});
 }
 
+/// Streams of both kinds under way.
+void stream(world::World& world, api::Ticket ticket) {
+  const auto tell = [&](int robot, const api::TrajectoryAction& action) {
+    const auto done = world.apply(ticket++, api::TrajectoryCommand{robot, action});
+    if (!done) throw std::runtime_error(done.error().message);
+  };
+  api::Snapshot now;
+  world.write(now);
+  // A stream begins at rest.
+  for (int steps = 0; steps < 5000 && (now.robots[0].moving || now.robots[1].moving); ++steps) {
+    world.step();
+    world.write(now);
+  }
+  const auto at = [&](int robot, double by) {
+    const auto& reference = now.robots[static_cast<std::size_t>(robot)].motion.reference_rad;
+    std::vector<double> q(reference.begin(), reference.begin() + (robot == 0 ? 6 : 7));
+    q[1] += by;
+    return q;
+  };
+  const std::vector<double> rest(7, 0.0);
+  tell(1,
+       api::FollowTrajectory{.commander = "tester",
+                             .points = {{std::chrono::milliseconds(300), at(1, 0.02), rest, rest},
+                                        {std::chrono::milliseconds(600), at(1, 0.03), rest, {}},
+                                        {std::chrono::milliseconds(900), at(1, 0.01), {}, {}}},
+                             .path_tolerance = std::vector<api::JointTolerance>(7, {0.5, 0}),
+                             .goal_tolerance = std::vector<api::JointTolerance>(7, {0.5, 0}),
+                             .goal_time_tolerance = std::chrono::seconds(1)});
+  const api::Ticket moves = ticket;
+  tell(0, api::ClaimMotion{"tester", api::StreamMode::kMoves});
+  for (const double by : {0.1, 0.05, 0.08}) {
+    tell(0, api::AppendMove{moves, at(0, by), 1, 1, 4});
+  }
+  for (int steps = 0; steps < 250; ++steps) world.step();
+}
+
 /// Motions of all kinds; `phase` chooses what is under way in the end.
 void work(world::World& world, int phase) {
   api::Ticket ticket = 0;
@@ -91,6 +127,7 @@ void work(world::World& world, int phase) {
   world.write(now);
   const api::Guard guard{
       .signal = {api::SignalKind::kForceR, 2, false}, .value = 1e6, .label = "g"};
+  if (phase == 4) return stream(world, ++ticket);
   for (int r = 0; r < robots; ++r) {
     Pose pose = now.robots[static_cast<std::size_t>(r)].X_RT;
     pose.p.z() += 0.05;
@@ -216,11 +253,12 @@ void change_list(std::string& bytes, const Layout& layout, const Draw& draw) {
 
 std::vector<GenuineState> genuine_states() {
   using Mode = scene::Simplification;
-  const std::array<std::tuple<const char*, Mode, int>, 7> cases{{{"aprs", Mode::kDormant, 0},
+  const std::array<std::tuple<const char*, Mode, int>, 8> cases{{{"aprs", Mode::kDormant, 0},
                                                                  {"aprs", Mode::kDormant, 1},
                                                                  {"aprs", Mode::kMerge, 2},
                                                                  {"aprs", Mode::kVirtualJoints, 1},
                                                                  {"aprs", Mode::kOff, 2},
+                                                                 {"aprs", Mode::kDormant, 4},
                                                                  {"aprs_lab", Mode::kDormant, 3},
                                                                  {"table1", Mode::kDormant, 1}}};
   std::vector<GenuineState> all;

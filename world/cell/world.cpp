@@ -114,7 +114,8 @@ Result<void> World::apply_any(api::Ticket ticket, const api::Command& command) {
   return std::visit(
       [&](const auto& body) -> Result<void> {
         using Body = std::decay_t<decltype(body)>;
-        if constexpr (std::is_same_v<Body, api::FaultCommand>) {
+        if constexpr (std::is_same_v<Body, api::FaultCommand> ||
+                      std::is_same_v<Body, api::TrajectoryCommand>) {
           return apply(ticket, body);
         } else if constexpr (std::is_same_v<Body, api::SceneCommand>) {
           return fail(ErrorCode::kUnimplemented, "scene", "it takes another world: SceneEditor");
@@ -132,6 +133,13 @@ void World::apply(api::Ticket ticket, const api::RobotCommand& command) {
   if (detector_) detector_->detect_robot_events(command.robot, robot, now());
   stop_robots_if_broken();
   if (detector_) detector_->detect_robot_events(command.robot, robot, now());
+}
+
+Result<void> World::apply(api::Ticket ticket, const api::TrajectoryCommand& command) {
+  auto done = robots_.at(static_cast<std::size_t>(command.robot)).apply(ticket, command);
+  // A robot that is reset while the curtain is broken stops again at once.
+  stop_robots_if_broken();
+  return done;
 }
 
 void World::apply(api::Ticket, const api::ConveyorCommand& command) {

@@ -47,6 +47,8 @@ class World {
 
   /// Applies a command that has been checked (command_check.hpp).
   void apply(api::Ticket ticket, const api::RobotCommand& command);
+  /// Errors as of the command.
+  [[nodiscard]] Result<void> apply(api::Ticket ticket, const api::TrajectoryCommand& command);
   void apply(api::Ticket ticket, const api::ConveyorCommand& command);
   void apply(api::Ticket ticket, const api::SetIntruder& command);
   /// Faults begin and end at the beginning of a step. Errors: too many faults, an unknown one.

@@ -175,6 +175,19 @@ Result<Scene> read_unchecked(const std::string& text, const std::string& file,
   return scene;
 }
 
+/// A text that was sent has no file: `file` is a place for its relative paths, maybe the daemon's
+/// own, which errors do not show.
+Result<Scene> of_text(Result<Scene> scene, const std::string& file) {
+  constexpr std::string_view kName = "scene text";
+  if (scene) return scene;
+  std::string& message = scene.error().message;
+  for (auto at = message.find(file); at != std::string::npos; at = message.find(file, at)) {
+    message.replace(at, file.size(), kName);
+    at += kName.size();
+  }
+  return scene;
+}
+
 }  // namespace
 
 Result<Scene> read_scene(const std::string& text, const std::string& file, const DataPaths& paths) {
@@ -183,7 +196,7 @@ Result<Scene> read_scene(const std::string& text, const std::string& file, const
 
 Result<Scene> read_sent(const std::string& text, const std::string& file, const DataPaths& paths,
                         KnownFiles known) {
-  return read_whole(text, file, FileScope(file, shipped(paths), std::move(known)));
+  return of_text(read_whole(text, file, FileScope(file, shipped(paths), std::move(known))), file);
 }
 
 Result<Scene> read_edited(const std::string& text, const std::string& file,
@@ -193,7 +206,8 @@ Result<Scene> read_edited(const std::string& text, const std::string& file,
 
 Result<Scene> read_recorded(const std::string& text, const std::string& file,
                             const DataPaths& paths, KnownFiles known) {
-  return read_unchecked(text, file, FileScope(file, shipped(paths), std::move(known)));
+  return of_text(read_unchecked(text, file, FileScope(file, shipped(paths), std::move(known))),
+                 file);
 }
 
 bool is_plain_name(const std::string& name) {

@@ -32,10 +32,11 @@ std::map<std::string, WireActions> actions_of(const Trace& trace) {
   std::map<std::string, WireActions> out;
   for (const auto& [name, records] : listeners) {
     const v1::WireKind kind = records.front()->wire.kind();
-    WireActions wire = kind == v1::WIRE_KIND_CRCL     ? crcl_actions(records)
-                       : kind == v1::WIRE_KIND_MODBUS ? modbus_actions(records)
-                       : kind == v1::WIRE_KIND_VISION ? vision_actions(records)
-                                                      : call_actions(records);
+    WireActions wire = kind == v1::WIRE_KIND_CRCL             ? crcl_actions(records)
+                       : kind == v1::WIRE_KIND_MODBUS         ? modbus_actions(records)
+                       : kind == v1::WIRE_KIND_VISION         ? vision_actions(records)
+                       : kind == v1::WIRE_KIND_SIMPLE_MESSAGE ? WireActions()
+                                                              : call_actions(records);
     wire.name = name;
     wire.kind = kind;
     add_pauses(wire.actions);

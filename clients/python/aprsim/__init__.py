@@ -24,6 +24,7 @@ from .robot import Robot
 from .scenarios import ScenarioReport, run_scenario, scenarios
 from .snapshots import BodyState, RobotState, Snapshot
 from .tables import bodies_table, robots_table
+from .trajectories import Feedback, Followed, Trajectory, TrajectoryError
 
 __all__ = [
     "AprsimError",
@@ -34,6 +35,8 @@ __all__ = [
     "Daemon",
     "Endpoints",
     "Event",
+    "Feedback",
+    "Followed",
     "Happens",
     "HistorySpan",
     "Receipt",
@@ -47,6 +50,8 @@ __all__ = [
     "ScenarioReport",
     "Snapshot",
     "TimedOut",
+    "Trajectory",
+    "TrajectoryError",
     "Unreachable",
     "aio",
     "bodies_table",

@@ -13,13 +13,13 @@ import contextlib
 import time
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, AsyncGenerator, AsyncIterator, Mapping, Sequence, TypeVar
+from typing import TYPE_CHECKING, Any, AsyncGenerator, AsyncIterator, Callable, Mapping, Sequence, TypeVar
 
 import grpc
 import grpc.aio
 import numpy.typing as npt
 
-from . import arguments, calls, crcl, faults
+from . import arguments, calls, crcl, faults, trajectories
 from .calls import Bookmark, HistorySpan, Receipt, Run, SavedState
 from .channel import Channel
 from .endpoints import Endpoints, find_endpoints
@@ -37,6 +37,7 @@ from .motions import (
 from .poses import Array
 from .robot import ANSWER_S, MOST_POLL_STEPS, POLL_S, POLL_STEPS
 from .snapshots import BodyState, Snapshot, seconds
+from .trajectories import Feedback, Followed, Trajectory
 
 if TYPE_CHECKING:
     from .v1 import cell_pb2, control_service_pb2, faults_pb2, snapshot_pb2
@@ -162,6 +163,34 @@ class Robot:
     ) -> None:
         """Move all joints, from base to flange, to positions [rad]."""
         await self.run(self._motions.joints(positions_rad, speed_rad_s), timeout_s)
+
+    async def follow(
+        self,
+        trajectory: Trajectory,
+        *,
+        path_tolerance_rad: npt.ArrayLike | None = None,
+        goal_tolerance_rad: npt.ArrayLike | None = None,
+        goal_time_s: float = 1.0,
+        start_s: float | None = None,
+        reset: bool = False,
+        on_feedback: Callable[[Feedback], None] | None = None,
+        feedback_s: float = 0.1,
+        timeout_s: float | None = None,
+    ) -> Followed:
+        """Follow a timed joint trajectory, as `aprsim.Robot.follow`. A cancelled task stops the robot."""
+        goal = trajectories.goal(
+            self.description,
+            trajectory,
+            path_tolerance_rad=path_tolerance_rad,
+            goal_tolerance_rad=goal_tolerance_rad,
+            goal_time_s=goal_time_s,
+            start_s=start_s,
+            reset=reset,
+            on_feedback=on_feedback,
+            feedback_s=feedback_s,
+        )
+        limit_s = MOVE_TIMEOUT_S + trajectory.duration_s if timeout_s is None else timeout_s
+        return await self._cell.follow_trajectory(goal, limit_s)
 
     async def set_speed(self, m_s: float, rad_s: float = TURN_SPEED_RAD_S) -> None:
         """Set the tool's speeds [m/s, rad/s] for later moves."""
@@ -461,6 +490,39 @@ class Cell(Channel):
             return self._robots[name]
         self._robots[name] = robot
         return robot
+
+    async def follow_trajectory(
+        self, goal: trajectories.Goal, timeout_s: float
+    ) -> trajectories.Followed:
+        """Follow a trajectory to its end, as `Robot.follow`. Steps a paused cell."""
+        limit_s = arguments.number("timeout_s", timeout_s, "s", above=0)
+        reader = asyncio.create_task(self._accept_answers(goal))
+        try:
+            waited_s, steps, is_over = 0.0, POLL_STEPS, False
+            while not reader.done():
+                if waited_s > limit_s:
+                    raise goal.too_late(limit_s)
+                if self.paused and goal.stream and not is_over:
+                    is_over = goal.is_over(await self.step(steps, trajectories.FIELDS))
+                    waited_s += steps * self.step_s
+                    steps = min(2 * steps, MOST_POLL_STEPS)
+                    continue
+                began = time.monotonic()
+                await asyncio.wait([reader], timeout=POLL_S)
+                if not self.paused:
+                    waited_s += time.monotonic() - began
+            await reader
+        finally:
+            # The robot stops unless it has reached the goal.
+            reader.cancel()
+            await asyncio.gather(reader, return_exceptions=True)
+        return goal.followed()
+
+    async def _accept_answers(self, goal: trajectories.Goal) -> None:
+        answers = self._stream("Trajectory", "FollowJointTrajectory", goal.request)
+        async with contextlib.aclosing(answers):
+            async for answer in answers:
+                goal.accept(answer)
 
     async def set_conveyor(
         self,

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import contextlib
 import math
+import queue
+import threading
+import time
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Iterator, Mapping, Sequence, TypeVar
 
 import grpc
 
-from . import calls, faults
+from . import arguments, calls, faults, trajectories
 from .calls import Bookmark, HistorySpan, Receipt, Run, SavedState
 from .channel import Channel
 from .endpoints import Endpoints, find_endpoints
 from .errors import AprsimError, TimedOut
 from .events import Event, Happens, event
 from .poses import Array
-from .robot import Robot
+from .robot import MOST_POLL_STEPS, POLL_S, POLL_STEPS, Robot
 from .snapshots import BodyState, Snapshot, seconds
 
 if TYPE_CHECKING:
@@ -283,6 +286,51 @@ class Cell(Channel):
         self._robots[name] = robot
         return robot
 
+    def follow_trajectory(
+        self, goal: trajectories.Goal, timeout_s: float
+    ) -> trajectories.Followed:
+        """Follow a trajectory to its end, as `Robot.follow`. Steps a paused cell."""
+        limit_s = arguments.number("timeout_s", timeout_s, "s", above=0)
+        call = self._stub("Trajectory", "FollowJointTrajectory")(
+            goal.request, metadata=self._metadata
+        )
+        self._open_calls.add(call)
+        answers: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        reader = threading.Thread(target=_read_answers, args=(call, answers), daemon=True)
+        reader.start()
+        try:
+            self._accept_answers(goal, answers, limit_s)
+        finally:
+            # The robot stops unless it has reached the goal.
+            call.cancel()
+            self._open_calls.discard(call)
+            reader.join()
+        return goal.followed()
+
+    def _accept_answers(
+        self, goal: trajectories.Goal, answers: queue.SimpleQueue[Any], limit_s: float
+    ) -> None:
+        waited_s, steps, is_over = 0.0, POLL_STEPS, False
+        while goal.end is None:
+            if self.paused and goal.stream and not is_over:
+                snapshot = self.step(steps, trajectories.FIELDS)
+                waited_s += steps * self.step_s
+                steps = min(2 * steps, MOST_POLL_STEPS)
+                is_over = goal.is_over(snapshot)
+            began = time.monotonic()
+            steps_on = self.paused and goal.stream and not is_over
+            with contextlib.suppress(queue.Empty):
+                answer = answers.get(timeout=None if steps_on else POLL_S, block=not steps_on)
+                if answer is None:
+                    return
+                if isinstance(answer, grpc.RpcError):
+                    raise self._error(answer) from answer
+                goal.accept(answer)
+            if not self.paused:
+                waited_s += time.monotonic() - began
+            if waited_s > limit_s:
+                raise goal.too_late(limit_s)
+
     def set_conveyor(
         self,
         run: bool | None = None,
@@ -391,3 +439,13 @@ class Cell(Channel):
         finally:
             call.cancel()
             self._open_calls.discard(call)
+
+
+def _read_answers(call: Any, answers: queue.SimpleQueue[Any]) -> None:
+    """All answers of a call, then its error, or None."""
+    try:
+        for answer in call:
+            answers.put(answer)
+    except grpc.RpcError as error:
+        answers.put(error)
+    answers.put(None)

@@ -17,6 +17,7 @@ from .v1 import (
     history_service_pb2_grpc,
     journal_service_pb2_grpc,
     telemetry_service_pb2_grpc,
+    trajectory_service_pb2_grpc,
 )
 
 _MAX_MESSAGE_BYTES = 64 << 20
@@ -43,6 +44,7 @@ class Channel:
             "History": history_service_pb2_grpc.HistoryServiceStub(self._channel),
             "Journal": journal_service_pb2_grpc.JournalServiceStub(self._channel),
             "Telemetry": telemetry_service_pb2_grpc.TelemetryServiceStub(self._channel),
+            "Trajectory": trajectory_service_pb2_grpc.TrajectoryServiceStub(self._channel),
         }
         self._open_calls: set[Any] = set()
         self._closed = False

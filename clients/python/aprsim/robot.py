@@ -6,11 +6,11 @@ import contextlib
 import socket
 import time
 from types import TracebackType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Callable
 
 import numpy.typing as npt
 
-from . import arguments, crcl
+from . import arguments, crcl, trajectories
 from .errors import TimedOut, Unreachable
 from .hosts import with_port
 from .motions import (
@@ -22,6 +22,7 @@ from .motions import (
     check_frame,
 )
 from .poses import Array
+from .trajectories import Feedback, Followed, Trajectory
 
 if TYPE_CHECKING:
     from .cell import Cell
@@ -169,6 +170,40 @@ class Robot:
         """Move all joints, from base to flange, to positions [rad]. In scenes with `crcl_joints` the robot
         has another joint convention: use `run(crcl.move_joints(...))` there."""
         self._do(self._motions.joints(positions_rad, speed_rad_s), wait, timeout_s)
+
+    def follow(
+        self,
+        trajectory: Trajectory,
+        *,
+        path_tolerance_rad: npt.ArrayLike | None = None,
+        goal_tolerance_rad: npt.ArrayLike | None = None,
+        goal_time_s: float = 1.0,
+        start_s: float | None = None,
+        reset: bool = False,
+        on_feedback: Callable[[Feedback], None] | None = None,
+        feedback_s: float = 0.1,
+        timeout_s: float | None = None,
+    ) -> Followed:
+        """Follow a timed joint trajectory, as the action FollowJointTrajectory of ROS 2 does. It needs no
+        CRCL session: the robot has this one commander until the end, and CRCL moves are busy. Tolerances
+        are one number for all joints or one for each [rad]: on the way, and at the end within
+        `goal_time_s` (0 = without a limit). `start_s` is a simulated time. `reset` clears an alarm, a
+        protective stop or an error before. `on_feedback` is called every `feedback_s` of simulated time.
+        TrajectoryError has the result; Refused means that the robot is busy. An interrupt or a timeout
+        (default: the trajectory's time and 90 s) stops the robot."""
+        goal = trajectories.goal(
+            self.description,
+            trajectory,
+            path_tolerance_rad=path_tolerance_rad,
+            goal_tolerance_rad=goal_tolerance_rad,
+            goal_time_s=goal_time_s,
+            start_s=start_s,
+            reset=reset,
+            on_feedback=on_feedback,
+            feedback_s=feedback_s,
+        )
+        limit_s = MOVE_TIMEOUT_S + trajectory.duration_s if timeout_s is None else timeout_s
+        return self._cell.follow_trajectory(goal, limit_s)
 
     def set_speed(self, m_s: float, rad_s: float = TURN_SPEED_RAD_S) -> None:
         """Set the tool's speeds [m/s, rad/s] for later moves."""

@@ -69,6 +69,16 @@ class RobotState:
         return self.message.gripper.held_body if self.message.gripper.holding else None
 
     @property
+    def commander(self) -> str:
+        """Name of the commander that has the robot by a stream of joint motions; empty = none has."""
+        return self.message.motion.commander
+
+    @property
+    def alarm(self) -> str:
+        """The reason for which the robot takes no motion until it is initialised; empty = none."""
+        return self.message.motion.alarm
+
+    @property
     def moving(self) -> bool:
         """Whether a joint is commanded to move."""
         return self.message.moving

@@ -27,6 +27,8 @@ export type {
   InjectedFault
 } from '../generated/aprsim/v1/faults_pb';
 export {InjectFaultRequestSchema, InjectedFaultState} from '../generated/aprsim/v1/faults_pb';
+export type {MotionState} from '../generated/aprsim/v1/trajectory_pb';
+export {MotionSource, StreamPhase} from '../generated/aprsim/v1/trajectory_pb';
 export type {Bookmark, HistorySpan, Moment} from '../generated/aprsim/v1/history_service_pb';
 export {BookmarkKind} from '../generated/aprsim/v1/history_service_pb';
 export type {Pose, Vector3, Quaternion} from '../generated/aprsim/v1/geometry_pb';

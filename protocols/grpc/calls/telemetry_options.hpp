@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "protocols/grpc/calls/upload_limits.hpp"
+#include "protocols/grpc/calls/transfer_limits.hpp"
 #include "protocols/net/listener_options.hpp"
 #include "protocols/ports/incident_source.hpp"
 #include "protocols/ports/robot_port.hpp"
@@ -30,15 +30,17 @@ struct TelemetryOptions {
   /// Limit of the backlogs of all these streams together; each gets an equal part.
   std::size_t max_backlogs_bytes = std::size_t{64} << 20;
   std::size_t max_memory_bytes = std::size_t{64} << 20;  ///< of gRPC's own buffers
-  int max_event_streams = 32;                            ///< at once; more get RESOURCE_EXHAUSTED
-  std::chrono::milliseconds command_timeout{2000};       ///< for calls that carry no deadline
-  std::chrono::milliseconds write_timeout{10000};        ///< a stream stuck in one write ends
-  api::History* history = nullptr;                       ///< null = no history; outlives the server
-  protocols::StateFiles* state_files = nullptr;    ///< null = no import and export; outlives it
-  UploadLimits uploads;                            ///< of states
-  api::SnapshotFeed* feed = nullptr;               ///< of every step; null = no such streams
-  const api::EventSource* events = nullptr;        ///< of the cell; null = no such streams
-  std::vector<protocols::RobotPort*> robots = {};  ///< outlive the server
+  /// Limit of all messages that clients have not read; see UnreadAnswers.
+  std::size_t max_unread_bytes = std::size_t{16} << 20;
+  int max_event_streams = 32;                       ///< at once; more get RESOURCE_EXHAUSTED
+  std::chrono::milliseconds command_timeout{2000};  ///< for calls that carry no deadline
+  std::chrono::milliseconds write_timeout{10000};   ///< a call stuck in one write ends
+  api::History* history = nullptr;                  ///< null = no history; outlives the server
+  protocols::StateFiles* state_files = nullptr;     ///< null = no import and export; outlives it
+  TransferLimits transfers;                         ///< of states
+  api::SnapshotFeed* feed = nullptr;                ///< of every step; null = no such streams
+  const api::EventSource* events = nullptr;         ///< of the cell; null = no such streams
+  std::vector<protocols::RobotPort*> robots = {};   ///< outlive the server
   std::string instance_id;  ///< names this process to clients; empty = random
   protocols::IncidentSource* incidents = nullptr;  ///< null = there are none; outlives the server
 };

@@ -38,7 +38,7 @@ ControlService::ControlService(const TelemetryOptions& options, api::CommandSink
       source_(source),
       waiter_(waiter),
       gate_(gate),
-      uploads_(options.uploads.all_bytes) {}
+      transfers_(options.transfers.all_bytes) {}
 
 std::chrono::steady_clock::time_point ControlService::deadline(
     const grpc::CallbackServerContext& context, std::chrono::nanoseconds otherwise) {
@@ -331,7 +331,7 @@ grpc::ServerWriteReactor<v1::ExportStateResponse>* ControlService::ExportState(
       if (state.name != request->name() || !state.state) continue;
       auto bytes = options_.state_files->write(state.name, state.state);
       if (!bytes) return new FileSender(rpc_status(bytes.error()));
-      return new FileSender(*std::move(bytes));
+      return new FileSender(*std::move(bytes), transfers_);
     }
   }
   return new FileSender(
@@ -343,7 +343,7 @@ grpc::ServerReadReactor<v1::ImportStateRequest>* ControlService::ImportState(
   if (const auto refused = refusal(*context)) return new FileReceiver(*refused);
   if (options_.state_files == nullptr) return new FileReceiver(no_state_files());
   return new FileReceiver(
-      options_.uploads, uploads_,
+      options_.transfers, transfers_,
       [this, context, response](FileReceiver& receiver, std::string name, std::string bytes) {
         // A cancelled client has not sent its whole file.
         if (context->IsCancelled()) return receiver.end(grpc::Status::CANCELLED);

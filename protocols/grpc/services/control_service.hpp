@@ -8,8 +8,8 @@
 #include "protocols/grpc/calls/call_gate.hpp"
 #include "protocols/grpc/calls/command_waiter.hpp"
 #include "protocols/grpc/calls/telemetry_options.hpp"
+#include "protocols/grpc/calls/transfer_budget.hpp"
 #include "protocols/grpc/streams/snapshot_view.hpp"
-#include "protocols/grpc/streams/upload_budget.hpp"
 
 namespace aprsim::grpc_server {
 
@@ -131,7 +131,7 @@ class ControlService final : public v1::ControlService::CallbackService {
   const api::SnapshotSource& source_;
   CommandWaiter& waiter_;
   const CallGate& gate_;
-  UploadBudget uploads_;
+  TransferBudget transfers_;
 
   // The last step requested so far, so that concurrent calls add up.
   std::mutex step_mutex_;

@@ -6,7 +6,30 @@
 
 namespace aprsim::grpc_server {
 
-FileSender::FileSender(std::string bytes) : bytes_(std::move(bytes)) { write_next(); }
+namespace {
+
+grpc::Status no_room(const TransferBudget& budget) {
+  return {grpc::StatusCode::RESOURCE_EXHAUSTED,
+          "data: all files on their way together have more than " +
+              std::to_string(budget.max_bytes()) + " bytes; try again"};
+}
+
+}  // namespace
+
+FileSender::FileSender(std::string bytes, TransferBudget& budget) {
+  if (!budget.take(bytes.size())) {
+    Finish(no_room(budget));
+    return;
+  }
+  bytes_ = std::move(bytes);
+  budget_ = &budget;
+  taken_bytes_ = bytes_.size();
+  write_next();
+}
+
+FileSender::~FileSender() {
+  if (budget_ != nullptr) budget_->give_back(taken_bytes_);
+}
 
 void FileSender::write_next() {
   const std::size_t count = std::min(kTransferChunk, bytes_.size() - sent_);
@@ -21,7 +44,7 @@ void FileSender::OnWriteDone(bool ok) {
   write_next();
 }
 
-FileReceiver::FileReceiver(const UploadLimits& limits, UploadBudget& budget, Take take)
+FileReceiver::FileReceiver(const TransferLimits& limits, TransferBudget& budget, Take take)
     : limits_(limits), budget_(&budget), take_(std::move(take)) {
   set_alarm();
   StartRead(&request_);
@@ -72,9 +95,7 @@ bool FileReceiver::append_message() {
     return false;
   }
   if (!budget_->take(size)) {
-    end({grpc::StatusCode::RESOURCE_EXHAUSTED, "data: all uploads together have more than " +
-                                                   std::to_string(limits_.all_bytes) +
-                                                   " bytes; try again"});
+    end(no_room(*budget_));
     return false;
   }
   taken_bytes_ += size;

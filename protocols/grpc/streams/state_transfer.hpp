@@ -11,8 +11,8 @@
 #include <grpcpp/support/server_callback.h>
 
 #include "aprsim/v1/control_service.pb.h"
-#include "protocols/grpc/calls/upload_limits.hpp"
-#include "protocols/grpc/streams/upload_budget.hpp"
+#include "protocols/grpc/calls/transfer_budget.hpp"
+#include "protocols/grpc/calls/transfer_limits.hpp"
 
 namespace aprsim::grpc_server {
 
@@ -23,7 +23,9 @@ inline constexpr std::size_t kTransferChunk = std::size_t{32} << 10;
 class FileSender final : public grpc::ServerWriteReactor<v1::ExportStateResponse> {
  public:
   explicit FileSender(const grpc::Status& refusal) { Finish(refusal); }
-  explicit FileSender(std::string bytes);
+  /// Refuses where the budget has no room for the bytes. `budget` must outlive the server's calls.
+  FileSender(std::string bytes, TransferBudget& budget);
+  ~FileSender() override;
 
   void OnWriteDone(bool ok) override;
   void OnDone() override { delete this; }
@@ -32,7 +34,8 @@ class FileSender final : public grpc::ServerWriteReactor<v1::ExportStateResponse
   void write_next();
 
   std::string bytes_;
-  std::size_t sent_ = 0;
+  TransferBudget* budget_ = nullptr;  ///< null = nothing is taken from it
+  std::size_t taken_bytes_ = 0, sent_ = 0;
   v1::ExportStateResponse response_;
 };
 
@@ -43,7 +46,7 @@ class FileReceiver final : public grpc::ServerReadReactor<v1::ImportStateRequest
   using Take = std::function<void(FileReceiver&, std::string name, std::string bytes)>;
   explicit FileReceiver(const grpc::Status& refusal) { end(refusal); }
   /// `budget` must outlive the server's calls.
-  FileReceiver(const UploadLimits& limits, UploadBudget& budget, Take take);
+  FileReceiver(const TransferLimits& limits, TransferBudget& budget, Take take);
   ~FileReceiver() override;
 
   /// Finishes the call, unless its time is up already.
@@ -62,8 +65,8 @@ class FileReceiver final : public grpc::ServerReadReactor<v1::ImportStateRequest
   void set_alarm();
   [[nodiscard]] bool append_message();
 
-  const UploadLimits limits_;
-  UploadBudget* budget_ = nullptr;
+  const TransferLimits limits_;
+  TransferBudget* budget_ = nullptr;
   Take take_;
   bool first_ = true;
   std::string name_, bytes_;

@@ -33,6 +33,8 @@ using beast::error_code;
 
 using Request = http::request<http::empty_body>;
 using Response = http::response<http::string_body>;
+/// Response with an asset, which the table keeps.
+using AssetResponse = http::response<http::span_body<const char>>;
 
 constexpr std::uint32_t kMaxHeaderBytes = 8 * 1024;
 constexpr auto kTimeout = std::chrono::seconds(20);
@@ -67,7 +69,7 @@ std::string content_policy(const std::string& host) {
          sockets + "; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 }
 
-void set_security(Response& response) {
+void set_security(http::fields& response) {
   response.set("X-Content-Type-Options", "nosniff");
   response.set("Referrer-Policy", "no-referrer");
   response.set("Cross-Origin-Opener-Policy", "same-origin");
@@ -251,7 +253,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
   }
 
   void send_asset(const Request& request, const Asset& asset, const std::string& host) {
-    auto response = std::make_shared<Response>(http::status::ok, request.version());
+    auto response = std::make_shared<AssetResponse>(http::status::ok, request.version());
     set_security(*response);
     response->set("Content-Security-Policy", content_policy(host));
     const bool packed =
@@ -267,7 +269,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     }
     if (packed) response->set(http::field::content_encoding, "gzip");
     const std::string& body = packed ? asset.gzip : asset.body;
-    if (request.method() == http::verb::get) response->body() = body;
+    if (request.method() == http::verb::get) response->body() = {body.data(), body.size()};
     response->content_length(body.size());
     send(std::move(response));
   }
@@ -392,12 +394,13 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     context_.counts->answered(Clock::now() - asked_at_, ok);
   }
 
-  void send(std::shared_ptr<Response> response) {
+  template <typename Body>
+  void send(std::shared_ptr<http::response<Body>> response) {
     note_answer(response->result());
     const bool last = response->need_eof() || !response->keep_alive();
     const auto& message = *response;
     // Responses to HEAD and 304 carry a length but no body: write their header only.
-    auto serializer = std::make_shared<http::response_serializer<http::string_body>>(message);
+    auto serializer = std::make_shared<http::response_serializer<Body>>(message);
     const auto done = [self = shared_from_this(), response = std::move(response), serializer, last](
                           const error_code& error, std::size_t) {
       if (error) return;

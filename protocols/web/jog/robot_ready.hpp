@@ -7,6 +7,10 @@ namespace aprsim::web {
 
 /// Error for a robot that is not ready to be moved; kFailedPrecondition.
 [[nodiscard]] inline Result<void> check_ready(const api::RobotSnapshot& robot) {
+  if (robot.motion.source == api::MotionSource::kStream) {
+    return fail(ErrorCode::kFailedPrecondition, "robot",
+                robot.motion.commander + " has the robot by a stream of motions: stop it first.");
+  }
   if (robot.initialized) return {};
   std::string message = "The robot is not ready: make it ready first.";
   if (robot.action.state == api::ActionState::kError) {

@@ -33,12 +33,7 @@ void Viewer::start() {
     if (const auto viewer = self.lock()) act(*viewer);
   };
   socket_->start({[with](std::string_view data) { with([&](Viewer& v) { v.on_message(data); }); },
-                  [with] {
-                    with([](Viewer& v) {
-                      v.writing_ = false;
-                      v.write_next();
-                    });
-                  },
+                  [with] { with([](Viewer& v) { v.on_written(); }); },
                   [with](const std::string& why) {
                     with([&](Viewer& v) {
                       spdlog::info("web: viewer {} ended ({})", v.peer_, why);
@@ -51,6 +46,7 @@ void Viewer::start() {
 
 void Viewer::send(WebMessage message) {
   if (closed_) return;
+  waiting_bytes_ += message->size();
   queue_.push_back(std::move(message));
   if (queue_.size() > kMaxWaiting) return close("too slow", true);
   write_next();
@@ -66,6 +62,8 @@ bool Viewer::send_latest(std::size_t slot, WebMessage message) {
   if (closed_) return true;
   WebMessage& waiting = latest_[slot];
   const bool replaced = waiting != nullptr;
+  if (replaced) waiting_bytes_ -= waiting->size();
+  waiting_bytes_ += message->size();
   waiting = std::move(message);
   write_next();
   return !replaced;
@@ -76,6 +74,7 @@ void Viewer::close(const std::string& why, bool fault) {
   if (fault) spdlog::warn("web: closing viewer {}: {}", peer_, why);
   queue_.clear();
   latest_.clear();
+  waiting_bytes_ = writing_bytes_ = 0;
   socket_->close(why, fault);
 }
 
@@ -104,6 +103,12 @@ void Viewer::on_message(std::string_view data) {
   events_.request(*this, request);
 }
 
+void Viewer::on_written() {
+  writing_ = false;
+  waiting_bytes_ -= std::exchange(writing_bytes_, 0);
+  write_next();
+}
+
 void Viewer::write_next() {
   if (writing_ || closed_) return;
   WebMessage message;
@@ -117,6 +122,7 @@ void Viewer::write_next() {
     message = std::exchange(next->second, nullptr);
   }
   writing_ = true;
+  writing_bytes_ = message->size();
   socket_->write(std::move(message));
 }
 

@@ -50,6 +50,9 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   [[nodiscard]] bool due(Clock::time_point now);
   void set_rate(double hz);
 
+  /// Bytes of the messages that wait or are being sent. Viewers may share messages.
+  [[nodiscard]] std::size_t waiting_bytes() const { return waiting_bytes_; }
+
   /// Whether no message that must arrive is waiting.
   [[nodiscard]] bool idle() const { return queue_.empty() && !closed_; }
 
@@ -69,6 +72,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
 
  private:
   void on_message(std::string_view data);
+  void on_written();
   void write_next();
 
   std::uint64_t id_;
@@ -78,6 +82,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   protocols::RateLimit rate_;
   std::deque<WebMessage> queue_;
   std::map<std::size_t, WebMessage> latest_;  // by slot
+  std::size_t waiting_bytes_ = 0, writing_bytes_ = 0;
   Clock::duration period_{};
   Clock::time_point next_{};
   bool writing_ = false, closed_ = false;

@@ -35,6 +35,7 @@ ViewerHub::ViewerHub(const WebServerOptions& options, api::CommandSink& sink,
       device_(options.scaling, options.listener.endpoint, sink, source),
       faults_(source.latest()),
       access_(options),
+      viewers_(options.max_waiting_bytes),
       topics_(topic_sources()),
       publisher_(all_topics(topics_)),
       requests_({options, sink, source, instance_id_, viewers_, access_, device_, counts},
@@ -150,6 +151,7 @@ void ViewerHub::tick(Clock::time_point now) {
   schedule_snapshots(snapshot, now);
   topics_.now = snapshot;
   publisher_.publish(viewers_.all(), now);
+  viewers_.limit_waiting();
 }
 
 void ViewerHub::schedule_snapshots(const api::SnapshotPtr& snapshot, Clock::time_point now) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -10,9 +11,12 @@
 
 namespace aprsim::web {
 
-/// The open viewers, by id. Thread: the server's.
+/// The open viewers, by id, and the limit of what waits for them. Thread: the server's.
 class Viewers {
  public:
+  /// `max_waiting_bytes`: of the messages that wait for all viewers together.
+  explicit Viewers(std::size_t max_waiting_bytes) : max_waiting_bytes_(max_waiting_bytes) {}
+
   void add(std::shared_ptr<Viewer> viewer) {
     const std::uint64_t id = viewer->id();
     all_[id] = std::move(viewer);
@@ -31,8 +35,11 @@ class Viewers {
     for (const auto& [id, viewer] : all_) all.push_back(viewer);
     return all;
   }
+  /// Closes the viewers with most waiting bytes until the others keep the limit.
+  void limit_waiting();
 
  private:
+  const std::size_t max_waiting_bytes_;
   std::map<std::uint64_t, std::shared_ptr<Viewer>> all_;
 };
 

@@ -39,9 +39,10 @@ struct WebServerOptions {
   /// A rejected connection gets status 503 and a page with the reason.
   protocols::ListenerOptions listener{
       .port = 8080, .limits = {.at_once = 32}, .drain_deadline = std::chrono::milliseconds(300)};
-  std::size_t max_viewers = 24;    ///< WebSockets; further ones get 503
-  double max_rate_hz = 60;         ///< of snapshots
-  bool control = true;             ///< false: no viewer may send commands
+  std::size_t max_viewers = 24;                           ///< WebSockets; further ones get 503
+  std::size_t max_waiting_bytes = std::size_t{16} << 20;  ///< of messages for all viewers
+  double max_rate_hz = 60;                                ///< of snapshots
+  bool control = true;                                    ///< false: no viewer may send commands
   std::string read_only;           ///< reason why no viewer may; empty = they may
   std::vector<std::string> hosts;  ///< accepted host names besides addresses and localhost
   std::string assets;              ///< directory of the page's files

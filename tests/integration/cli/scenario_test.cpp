@@ -163,6 +163,31 @@ TEST(ScenarioRun, AcceptsReportsOfAnyController) {
   EXPECT_EQ(json["measures"]["replans"], 1);
 }
 
+/// Virtual time knows no end of a wait; the default of ten minutes is beyond this test's deadline.
+TEST(ScenarioRun, GivesUpAfterItsPatienceAndSaysWhatItWaitedFor) {
+  const TemporaryDirectory directory;
+  const auto file = directory.write("short.yaml", kShort);
+  const auto report = directory.path() + "/report";
+  const auto result =
+      run_scenario_command({"run", file, "--virtual", "--patience", "1", "--report", report,
+                            "--controller", "echo $$ > " + report + "/pid; exec sleep 1000"});
+  EXPECT_EQ(result.exit_code, 1) << result.out;
+  EXPECT_NE(result.err.find("waited 1 s for virtual time to advance: it waits for crcl.fanuc"),
+            std::string::npos)
+      << result.err;
+  EXPECT_FALSE(daemon_is_left(report));
+  EXPECT_EQ(kill(std::stoi(text_of_file(report + "/pid")), 0), -1) << "its controller is there";
+}
+
+TEST(ScenarioRun, PatienceOutOfRangeIsRefused) {
+  for (const char* patience : {"0", "3001", "-1", "soon"}) {
+    const auto result =
+        run_scenario_command({"run", "clean_2017", "--virtual", "--patience", patience});
+    EXPECT_EQ(result.exit_code, 2) << patience;
+    EXPECT_NE(result.err.find("--patience"), std::string::npos) << result.err;
+  }
+}
+
 TEST(ScenarioRun, KilledControllerIsRestartedWithAllOrders) {
   const TemporaryDirectory directory;
   const auto file = directory.write("killed.yaml", R"(description: a controller that does nothing

@@ -1,5 +1,3 @@
-#include <chrono>
-
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
@@ -37,9 +35,7 @@ TEST(Hostile, EntityBombsDoNotGoOff) {
     bomb += "<!ENTITY e" + std::to_string(i) + " '" + ten + "'>";
   }
   bomb += "]>" + with_id("MessageType", "<Message>&e9;</Message>");
-  const auto before = std::chrono::steady_clock::now();
-  EXPECT_EQ(expect_refused(bomb).kind, ErrorKind::kMalformed);
-  EXPECT_LT(std::chrono::steady_clock::now() - before, std::chrono::seconds(1));
+  EXPECT_EQ(expect_refused(bomb).message(), "XML: document type declarations are not accepted");
 }
 
 TEST(Hostile, UndeclaredEntitiesAreRefused) {

@@ -8,6 +8,7 @@
 #include "world/api/commands/robot_command.hpp"
 #include "world/api/commands/scene_command.hpp"
 #include "world/api/commands/simulation_command.hpp"
+#include "world/api/commands/trajectory_command.hpp"
 #include "world/api/faults/fault.hpp"
 #include "world/api/values/light_curtain.hpp"
 
@@ -26,7 +27,7 @@ struct SetIntruder {
 struct Command {
   EndpointId endpoint = 0;
   std::variant<RobotCommand, ConveyorCommand, SetIntruder, FaultCommand, SimulationCommand,
-               SceneCommand>
+               SceneCommand, TrajectoryCommand>
       body;
 };
 

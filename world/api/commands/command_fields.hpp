@@ -47,6 +47,26 @@ APRSIM_ALTERNATIVES(RobotAction, "action of a robot", ALTERNATIVE(InitRobot, ini
                     ALTERNATIVE(SetMotionLimit, motion_limit))
 APRSIM_FIELDS(RobotCommand, FIELD(robot), INLINED(action), FIELD(guards))
 
+// Trajectories.
+APRSIM_FIELDS(TrajectoryPoint, FIELD(time), FIELD(position_rad), FIELD(velocity_rad_s),
+              FIELD(acceleration_rad_s2))
+APRSIM_FIELDS(ClaimMotion, FIELD(commander), FIELD(mode), FIELD(reset), FIELD(takes_over))
+APRSIM_FIELDS(AppendPoints, FIELD(stream), FIELD(begins), FIELD(points))
+APRSIM_FIELDS(AppendMove, FIELD(stream), FIELD(position_rad), FIELD(speed), FIELD(rounding),
+              FIELD(max_waiting))
+APRSIM_FIELDS(StopStream, FIELD(stream))
+APRSIM_FIELDS(PauseStream, FIELD(stream), FIELD(paused))
+APRSIM_FIELDS(ReleaseMotion, FIELD(stream), FIELD(when_done))
+APRSIM_FIELDS(JointTolerance, FIELD(position_rad), FIELD(velocity_rad_s))
+APRSIM_FIELDS(FollowTrajectory, FIELD(commander), FIELD(joint_names), FIELD(points), FIELD(start),
+              FIELD(path_tolerance), FIELD(goal_tolerance), FIELD(reset),
+              FIELD(goal_time_tolerance))
+APRSIM_ALTERNATIVES(TrajectoryAction, "action of a trajectory", ALTERNATIVE(ClaimMotion, claim),
+                    ALTERNATIVE(AppendPoints, append_points), ALTERNATIVE(AppendMove, append_move),
+                    ALTERNATIVE(StopStream, stop), ALTERNATIVE(PauseStream, pause),
+                    ALTERNATIVE(ReleaseMotion, release), ALTERNATIVE(FollowTrajectory, follow))
+APRSIM_FIELDS(TrajectoryCommand, FIELD(robot), INLINED(action))
+
 APRSIM_FIELDS(ConveyorCommand, FIELD(run), FIELD(forward), FIELD(speed_m_s), FIELD(emergency_stop),
               FIELD(fault_reset), FIELD(watchdog_s))
 
@@ -87,7 +107,7 @@ APRSIM_ALTERNATIVES(SceneCommand, "command of the scene", ALTERNATIVE(SpawnBody,
 APRSIM_ALTERNATIVES(decltype(Command::body), "command", ALTERNATIVE(RobotCommand, robot),
                     ALTERNATIVE(ConveyorCommand, conveyor), ALTERNATIVE(SetIntruder, intruder),
                     INLINED_ALTERNATIVE(FaultCommand), ALTERNATIVE(SimulationCommand, simulation),
-                    INLINED_ALTERNATIVE(SceneCommand))
+                    INLINED_ALTERNATIVE(SceneCommand), ALTERNATIVE(TrajectoryCommand, trajectory))
 APRSIM_FIELDS(Command, FIELD(endpoint), INLINED(body))
 
 }  // namespace aprsim::api

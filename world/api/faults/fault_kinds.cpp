@@ -53,8 +53,9 @@ constexpr std::array<KindInfo, kKinds> kTable{{
      "to "
      "be reset afterwards"},
     {Kind::kControllerReboot, "controller-reboot", Target::kRobot, false,
-     "The controller of a robot starts anew: its CRCL port closes and drops all connections, the "
-     "arm is held by its brakes; afterwards the port is open again and the robot has to be "
+     "The controller of a robot starts anew: its ports for commands close and drop all "
+     "connections, "
+     "the arm is held by its brakes; afterwards they are open again and the robot has to be "
      "initialised"},
     {Kind::kBaseOffset,
      "base-offset",
@@ -265,6 +266,18 @@ constexpr std::array<KindInfo, kKinds> kTable{{
      "The PLC sends a reply that nobody has asked for before each that somebody has"},
     {Kind::kModbusRefused, "modbus-refused", Target::kCell, false,
      "The PLC drops its connections and refuses new ones"},
+    {Kind::kSimpleMessageDrop, "simple-message-drop", Target::kRobot, true,
+     "All connections to the robot's Simple Message ports are dropped; clients may connect again"},
+    {Kind::kSimpleMessageSilent, "simple-message-silent", Target::kRobot, false,
+     "The robot's state port sends nothing, and stays open"},
+    {Kind::kSimpleMessageDelay,
+     "simple-message-delay",
+     Target::kRobot,
+     false,
+     "The robot's Simple Message ports send states and replies late",
+     {{{"delay", "s", 0, 30, 1, "wall-clock time"}}}},
+    {Kind::kSimpleMessageLength, "simple-message-wrong-length", Target::kRobot, false,
+     "Every Simple Message of the robot states a length that is four bytes too large"},
 }};
 
 constexpr bool in_order() {

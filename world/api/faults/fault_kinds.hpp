@@ -75,15 +75,20 @@ enum class Kind {
   kModbusSilent,
   kModbusStray,
   kModbusRefused,
+  // the Simple Message wires
+  kSimpleMessageDrop,
+  kSimpleMessageSilent,
+  kSimpleMessageDelay,
+  kSimpleMessageLength,
 };
 /// For checks of states (world/archive).
-[[nodiscard]] constexpr Kind last_of(Kind) { return Kind::kModbusRefused; }
-inline constexpr std::size_t kKinds = static_cast<std::size_t>(Kind::kModbusRefused) + 1;
+[[nodiscard]] constexpr Kind last_of(Kind) { return Kind::kSimpleMessageLength; }
+inline constexpr std::size_t kKinds = static_cast<std::size_t>(Kind::kSimpleMessageLength) + 1;
 
 /// The thing that a fault affects, and how it is written.
 enum class Target {
   kCell,      ///< everything; nothing is written
-  kRobot,     ///< "ROBOT": its arm, gripper, camera or CRCL port
+  kRobot,     ///< "ROBOT": its arm, gripper, camera or ports
   kJoint,     ///< "ROBOT:NUMBER", from 1 at the base
   kGear,      ///< its name
   kTray,      ///< its name

@@ -5,16 +5,16 @@
 #include <string>
 
 #include "world/api/commands/robot_command.hpp"
+#include "world/api/snapshot/motion_snapshot.hpp"
 #include "world/api/snapshot/vision.hpp"
 #include "world/api/values/guard.hpp"
+#include "world/api/values/joint_count.hpp"
 #include "world/api/values/pose.hpp"
 #include "world/api/values/posture.hpp"
 #include "world/api/values/ticket.hpp"
 
 /// One robot at a step boundary.
 namespace aprsim::api {
-
-inline constexpr int kMaxJoints = 7;
 
 struct JointSnapshot {
   double position_rad = 0, velocity_rad_s = 0, torque_nm = 0;
@@ -73,6 +73,7 @@ struct RobotSnapshot {
   bool light_curtain_broken = false;  ///< the robot's input from the cell's curtain
   Posture posture;
   GuardsSnapshot guards;
+  MotionSnapshot motion;
   VisionFrame vision;  ///< the latest that its camera gave out
 };
 

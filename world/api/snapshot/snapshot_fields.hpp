@@ -18,6 +18,10 @@ APRSIM_FIELDS(GripperSnapshot, FIELD(setting), FIELD(separation_m), FIELD(travel
               FIELD(holding), BY_HAND(held_body), FIELD(palm_deflection_m), NOWHERE(max_force_n),
               FIELD(vacuum_pa))
 APRSIM_FIELDS(ActionStatus, FIELD(ticket), FIELD(state), FIELD(description), FIELD(kind))
+APRSIM_FIELDS(StreamEnd, FIELD(stream), FIELD(result), FIELD(text))
+APRSIM_FIELDS(MotionSnapshot, FIELD(source), FIELD(phase), FIELD(commander), FIELD(stream),
+              FIELD(points_left), FIELD(points_done), FIELD(time), FIELD(end_time),
+              BY_HAND(reference_rad), BY_HAND(reference_rad_s), FIELD(alarm), BY_HAND(ends))
 APRSIM_FIELDS(RobotSnapshot, BY_HAND(joints), FIELD_AS(X_WT, tool_in_world),
               FIELD_AS(X_RT, tool_in_reference), FIELD_AS(v_RT, tool_velocity_m_s),
               FIELD_AS(omega_RT, tool_angular_velocity_rad_s), FIELD_AS(force_T_R, tool_force_n),
@@ -26,7 +30,7 @@ APRSIM_FIELDS(RobotSnapshot, BY_HAND(joints), FIELD_AS(X_WT, tool_in_world),
               NOWHERE(override_fraction), NOWHERE(tool_mounted), FIELD(tool), FIELD(action),
               FIELD_AS(X_RG, goal_in_reference), FIELD(initialized), FIELD(protective_stop),
               FIELD(moving), FIELD(drives_on), NOWHERE(light_curtain_broken), NOWHERE(posture),
-              NOWHERE(guards), BY_HAND(vision))
+              NOWHERE(guards), FIELD(motion), BY_HAND(vision))
 
 APRSIM_FIELDS(PhotoEyeSnapshot, FIELD(broken), FIELD(count))
 APRSIM_FIELDS(ConveyorSnapshot, FIELD(run), FIELD(forward), FIELD(speed_setting_m_s),

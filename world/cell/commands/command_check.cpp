@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <string>
 
+#include "world/base/utf8.hpp"
 #include "world/faults/fault_check.hpp"
 
 namespace aprsim::world {
@@ -209,6 +210,106 @@ Result<void> check_body(const api::RobotCommand& command, const CellNames& cell)
                     command.action);
 }
 
+// ---- streams of joint motions
+
+Result<void> check_all_finite(const std::vector<double>& values, const char* field) {
+  for (const double value : values) {
+    if (auto ok = finite(value, field); !ok) return ok;
+  }
+  return {};
+}
+
+Result<void> check_points(const std::vector<api::TrajectoryPoint>& points) {
+  if (points.size() > api::kMaxTrajectoryPoints) {
+    return bad("points", "there are " + std::to_string(points.size()) + " points, the limit is " +
+                             std::to_string(api::kMaxTrajectoryPoints));
+  }
+  for (const api::TrajectoryPoint& point : points) {
+    for (const auto& [values, field] :
+         {std::pair{&point.position_rad, "position"}, std::pair{&point.velocity_rad_s, "velocity"},
+          std::pair{&point.acceleration_rad_s2, "acceleration"}}) {
+      if (auto ok = check_all_finite(*values, field); !ok) return ok;
+    }
+  }
+  return {};
+}
+
+Result<void> check_commander(const std::string& name) {
+  if (!name.empty() && name.size() <= api::kMaxCommanderName && utf8::is_valid(name)) return {};
+  return bad("commander", "a name of " + std::to_string(name.size()) +
+                              " bytes, must be UTF-8 text of 1 to " +
+                              std::to_string(api::kMaxCommanderName));
+}
+
+Result<void> check_tolerances(const std::vector<api::JointTolerance>& tolerances,
+                              const char* field) {
+  if (tolerances.size() > static_cast<std::size_t>(api::kMaxJoints)) {
+    return bad(field, std::to_string(tolerances.size()) + " tolerances, the limit is " +
+                          std::to_string(api::kMaxJoints));
+  }
+  for (const api::JointTolerance& tolerance : tolerances) {
+    for (const double value : {tolerance.position_rad, tolerance.velocity_rad_s}) {
+      if (auto ok = finite(value, field); !ok) return ok;
+      if (auto ok = not_negative(value, field); !ok) return ok;
+    }
+  }
+  return {};
+}
+
+Result<void> check_stream(const api::ClaimMotion& claim) {
+  return check_commander(claim.commander);
+}
+
+Result<void> check_stream(const api::AppendPoints& append) { return check_points(append.points); }
+
+Result<void> check_stream(const api::AppendMove& move) {
+  if (auto ok = check_all_finite(move.position_rad, "position"); !ok) return ok;
+  if (!(move.speed > 0 && move.speed <= 1)) {
+    return bad("speed", "speed is " + std::to_string(move.speed) +
+                            " of full speed, must be above 0 and at most 1");
+  }
+  if (!(move.rounding >= 0 && move.rounding <= 1)) {
+    return bad("rounding",
+               "rounding is " + std::to_string(move.rounding) + ", must be within 0 to 1");
+  }
+  if (move.max_waiting >= 1 && move.max_waiting <= api::kMaxWaitingMoves) return {};
+  return bad("max_waiting", std::to_string(move.max_waiting) + " moves, must be 1 to " +
+                                std::to_string(api::kMaxWaitingMoves));
+}
+
+Result<void> check_stream(const api::FollowTrajectory& follow) {
+  if (auto ok = check_commander(follow.commander); !ok) return ok;
+  if (follow.joint_names.size() > static_cast<std::size_t>(api::kMaxJoints)) {
+    return bad("joint_names", std::to_string(follow.joint_names.size()) + " names, the limit is " +
+                                  std::to_string(api::kMaxJoints));
+  }
+  for (const std::string& name : follow.joint_names) {
+    if (!utf8::is_valid(name)) return bad("joint_names", "a name is no UTF-8 text");
+  }
+  if (auto ok = check_tolerances(follow.path_tolerance, "path_tolerance"); !ok) return ok;
+  if (auto ok = check_tolerances(follow.goal_tolerance, "goal_tolerance"); !ok) return ok;
+  if (follow.goal_time_tolerance < SimTime(0) ||
+      follow.goal_time_tolerance > api::kMaxTrajectoryTime) {
+    return bad("goal_time_tolerance", "goal time tolerance is " +
+                                          text_of(seconds(follow.goal_time_tolerance)) +
+                                          " s, must be within 0 to 14400");
+  }
+  return check_points(follow.points);
+}
+
+template <typename Action>
+Result<void> check_stream(const Action&) {
+  return {};
+}
+
+Result<void> check_body(const api::TrajectoryCommand& command, const CellNames& cell) {
+  if (command.robot < 0 || command.robot >= static_cast<int>(cell->robots.size())) {
+    return bad("robot", "robot " + std::to_string(command.robot) +
+                            " does not exist; the cell has " + std::to_string(cell->robots.size()));
+  }
+  return std::visit([](const auto& action) { return check_stream(action); }, command.action);
+}
+
 Result<void> check_body(const api::ConveyorCommand& command, const CellNames& cell) {
   if (!cell->has_conveyor) {
     return fail(ErrorCode::kNotFound, "conveyor", "scene " + cell->scene + " has no conveyor");
@@ -291,6 +392,10 @@ Result<void> check_body(const api::SceneCommand& command, const CellNames& cell)
 }
 
 Result<void> check_name(const std::string& name) {
+  // Lists have a line for each name.
+  const bool printable = std::ranges::none_of(
+      name, [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; });
+  if (!printable) return bad("name", "a name with control characters, must be one line of text");
   if (!name.empty() && name.size() <= api::kMaxStateName) return {};
   return bad("name", "a name of " + std::to_string(name.size()) + " bytes, must have 1 to " +
                          std::to_string(api::kMaxStateName));

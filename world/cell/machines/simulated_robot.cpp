@@ -34,6 +34,8 @@ SimulatedRobot::SimulatedRobot(const scene::Scene& scene, std::size_t index,
       X_WL_(model.links.size()),
       state_{.mount = ToolMount(start_tool_, Eigen::Isometry3d::Identity())} {
   guard_input_.action.description.reserve(kDescriptionCapacity);
+  guard_input_.motion.alarm.reserve(kDescriptionCapacity);
+  guard_input_.motion.commander.reserve(api::kMaxCommanderName);
   update_link_poses();
   state_.mount.step(X_WL_.back());
 }
@@ -45,7 +47,8 @@ void SimulatedRobot::apply(api::Ticket ticket, const api::RobotCommand& command)
   if (!state_.faults.out_of_order.empty()) {
     return controller_.refuse(ticket, action, out_of_order());
   }
-  const bool init = std::holds_alternative<api::InitRobot>(action);
+  const bool init =
+      std::holds_alternative<api::InitRobot>(action) && !controller_.stream().active();
   if (init && !controller_.retreating()) arm_.relax();
   if (const auto* set = std::get_if<api::SetGripperForce>(&action)) {
     state_.pressure = std::min(1.0, set->force_n / tools_.full_grip_force_n(tool()));
@@ -55,12 +58,39 @@ void SimulatedRobot::apply(api::Ticket ticket, const api::RobotCommand& command)
   } else {
     controller_.apply(ticket, action, arm_.q());
   }
+  // The guards of a command that was refused as busy must not stop the stream.
+  if (controller_.stream().active() && action_failed()) return state_.guards.reset();
   // A command beside a motion replaces its guards only if it has guards of its own.
   if (!command.guards.empty()) {
     state_.guards.begin(ticket, command.guards);
   } else if (!api::leaves_motion(action)) {
     state_.guards.reset();
   }
+}
+
+Result<void> SimulatedRobot::apply(api::Ticket ticket, const api::TrajectoryCommand& command) {
+  std::int64_t delay = 0;
+  bool resets = false;
+  const auto* claim = std::get_if<api::ClaimMotion>(&command.action);
+  const auto* follow = std::get_if<api::FollowTrajectory>(&command.action);
+  if (claim) resets = claim->reset;
+  if (follow) {
+    resets = follow->reset;
+    if (follow->start) delay = steps_until(*follow->start);
+  }
+  if ((claim || follow) && !state_.faults.out_of_order.empty()) {
+    return fail(ErrorCode::kFailedPrecondition, "alarm", "alarm: " + out_of_order());
+  }
+  // As InitRobot does.
+  const bool free = !controller_.stream().active() && !controller_.moving();
+  if (resets && free) arm_.relax();
+  return controller_.apply(ticket, command.action, delay, arm_.q());
+}
+
+/// The steps that begin before a time; negative once it has passed.
+std::int64_t SimulatedRobot::steps_until(SimTime time) const {
+  const SimTime left = time - state_.now;
+  return left.count() >= 0 ? (left + step_size_ - SimTime(1)) / step_size_ : -1;
 }
 
 void SimulatedRobot::set_faults(const RobotFaults& faults) {
@@ -89,7 +119,8 @@ void SimulatedRobot::step(const physics::GripperState& gripper,
       controller_.step({.gripper_settled = gripper.settled,
                         .tool_at_flange = tools_.within_capture(X_WL_.back(), loose),
                         .external_nm = tau.all,
-                        .q_actual = arm_.q()});
+                        .q_actual = arm_.q(),
+                        .qd_actual = arm_.qd()});
   if (controller_.tool() != tool()) change_tool(loose);
   // The servo.
   arm_.set_applied_torque(controller_.applied_torque());

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "world/api/commands/robot_command.hpp"
+#include "world/api/commands/trajectory_command.hpp"
 #include "world/api/snapshot/robot_snapshot.hpp"
 #include "world/cell/robot/contact_loads.hpp"
 #include "world/cell/robot/flange_tools.hpp"
@@ -35,6 +36,9 @@ class SimulatedRobot {
 
   /// Applies a command that has been checked (command_check.hpp).
   void apply(api::Ticket ticket, const api::RobotCommand& command);
+
+  /// The same for a command of a stream. Errors as of the command.
+  [[nodiscard]] Result<void> apply(api::Ticket ticket, const api::TrajectoryCommand& command);
 
   /// The cell's light curtain, as the robot sees it from the next step on.
   void see_light_curtain(bool broken) { state_.curtain_broken = broken; }
@@ -123,6 +127,10 @@ class SimulatedRobot {
   void update_link_poses();
   [[nodiscard]] ToolWrench tool_wrench(std::span<const physics::ArmForce> forces) const;
   [[nodiscard]] std::string out_of_order() const;
+  [[nodiscard]] bool action_failed() const {
+    return controller_.status().state == api::ActionState::kError;
+  }
+  [[nodiscard]] std::int64_t steps_until(SimTime time) const;
   [[nodiscard]] double set_gripper_force_n() const {
     return state_.pressure * tools_.full_grip_force_n(tool());
   }

@@ -45,6 +45,7 @@ void write_controller(const robot::RobotController& controller, api::RobotSnapsh
   out.X_RG = controller.X_RG();
   out.initialized = controller.initialized();
   out.protective_stop = controller.stopped_by_protection();
+  controller.write(out.motion);
   out.moving = controller.moving();
   out.drives_on = controller.drives_on();
 }

@@ -52,6 +52,30 @@ Vector3d rotation_vector(const Quaterniond& q) {
   return (q.w() < 0 ? -angle : angle) / sine * q.vec();
 }
 
+/// Whether z is an axis of symmetry of the inertia.
+bool is_round(const Matrix3d& inertia_B) {
+  const double z =
+      std::abs(inertia_B(0, 1)) + std::abs(inertia_B(0, 2)) + std::abs(inertia_B(1, 2));
+  return z == 0 && std::abs(inertia_B(0, 0) - inertia_B(1, 1)) <= 1e-15 * inertia_B(0, 0);
+}
+
+/// Rotation by a rotation vector.
+Quaterniond rotation_by(const Vector3d& turn) {
+  const double half = 0.5 * turn.norm();
+  const double sinc = half < 1e-4 ? 1 - half * half / 6 : std::sin(half) / half;
+  const Vector3d v = 0.5 * sinc * turn;
+  return {std::cos(half), v.x(), v.y(), v.z()};
+}
+
+/// The motion of a symmetric top in closed form (Euler): a precession about the angular momentum,
+/// and a spin about the axis of symmetry.
+Quaterniond round_rotation(const Matrix3d& inertia_B, const Vector3d& omega_B, double step_s) {
+  const double across = inertia_B(0, 0), along = inertia_B(2, 2);
+  const double spin = (1 - along / across) * omega_B.z();
+  const Vector3d precession_B = omega_B - Vector3d(0, 0, spin);
+  return rotation_by(step_s * precession_B) * rotation_by({0, 0, step_s * spin});
+}
+
 }  // namespace
 
 Vector3d mean_free_omega(const Matrix3d& inertia_B, const Quaterniond& q_WB,
@@ -62,6 +86,9 @@ Vector3d mean_free_omega(const Matrix3d& inertia_B, const Quaterniond& q_WB,
   // change is below the rounding of what follows.
   const double angle = omega_W.norm() * step_s;
   if (angle < kLeastAngle || omega_B.cross(momentum_B).isZero(0)) return omega_W;
+  if (is_round(inertia_B)) {
+    return q_WB * (rotation_vector(round_rotation(inertia_B, omega_B, step_s)) / step_s);
+  }
   const Matrix3d inverse_B = inertia_B.inverse();
   const int substeps = 1 + static_cast<int>(std::min(angle / kMaxAngle, kMaxSubsteps));
   // Weights of the triple jump: 1 / (2 - 2^(1/3)) twice, and the negative one between.

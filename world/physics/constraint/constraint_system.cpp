@@ -16,6 +16,8 @@ constexpr double kMaxOmegaGain = 5;       // [rad/s] in a step; a greater one is
 constexpr double kWorkMargin = 1e-9;      // of the work of an impact, that its contacts may not do
 constexpr double kShareResolution = 1e-10;  // of rebounds
 constexpr double kConeRounding = 1e-6;      // relative distance of sliding friction from its cone
+/// [rad] of a step. Bodies that turn less move as at the start of the step, to rounding.
+constexpr double kLeastTurn = 1e-8;
 
 Vector3d tangential(const Vector3d& v, const Vector3d& n) { return v - v.dot(n) * n; }
 
@@ -39,16 +41,19 @@ Matrix3d inertia_in_world(const RigidBody& body) {
   return body.R_WB() * body.inertia_B() * body.R_WB().transpose();
 }
 
+/// The angular velocity that belongs to an angular momentum.
+Vector3d omega_of(const RigidBody& body, const Vector3d& momentum_W) {
+  const Matrix3d& R = body.R_WB();
+  return R * (body.inertia_B().inverse() * (R.transpose() * momentum_W));
+}
+
 }  // namespace
 
 void ConstraintSystem::begin(double step_s, const Eigen::Vector3d& gravity_W, double residual_m_s) {
   step_s_ = step_s;
   gravity_W_ = gravity_W;
   parameters_.relaxed_tolerance_m_s = residual_m_s;
-  moves_.clear();
-  mean_omega_W_.clear();
-  expected_omega_W_.clear();
-  rows_.clear();
+  forces_.clear();
   contacts_.clear();
   rebounds_ = false;
   problem_.clear();
@@ -69,17 +74,28 @@ void ConstraintSystem::add_body(RigidBody& body) {
   add_member(body, true);
 }
 
+/// The velocity that is expected if impulses go on as in the last step.
 void ConstraintSystem::add_member(RigidBody& body, bool moves) {
-  members_.push_back(&body);
-  moves_.push_back(moves ? 1 : 0);
-  mean_omega_W_.emplace_back();
-  expected_omega_W_.emplace_back();
+  Member& member = members_.emplace_back();
+  member.body = &body;
+  member.moves = moves;
+  member.omega_W = member.mean_omega_W = body.omega_W();
+  if (!moves || !body.is_ballistic()) {
+    member.turns = turns(member.omega_W);
+    return;
+  }
+  const Vector3d& gain = body.omega_gain_W();
+  if (gain.squaredNorm() < kMaxOmegaGain * kMaxOmegaGain) member.omega_W += gain;
+  member.turns = turns(member.omega_W);
+  if (!member.turns) return;
+  // Second order suffices for what is only expected.
+  const SolverBody& solved = problem_.at(static_cast<int>(members_.size()) - 1);
+  const Vector3d torque = (solved.inertia * member.omega_W).cross(member.omega_W);
+  member.mean_omega_W = member.omega_W + 0.5 * step_s_ * (solved.inverse_inertia * torque);
 }
 
-/// The mean angular velocity over the step, if it is `omega_W` at the start.
-Vector3d ConstraintSystem::mean_omega_W(const RigidBody& body, const Vector3d& omega_W) const {
-  return body.is_ballistic() ? mean_free_omega(body.inertia_B(), body.q_WB(), omega_W, step_s_)
-                             : omega_W;
+bool ConstraintSystem::turns(const Vector3d& omega_W) const {
+  return step_s_ * omega_W.lpNorm<1>() > kLeastTurn;
 }
 
 /// Bodies that were not added are kinematic.
@@ -96,14 +112,25 @@ ContactProblem::Side ConstraintSystem::side(const RowSide& side) {
   return {index_of(side.body), side.linear, side.angular};
 }
 
+/// How much faster a side is over the step than at its start, by free rotation and by the arc of
+/// the point that it holds.
+double ConstraintSystem::drift_of(const RowSide& side, int number) const {
+  if (number == ContactProblem::kFixed) return 0;
+  const Member& member = members_[static_cast<std::size_t>(number)];
+  if (!member.turns) return 0;
+  return side.angular.dot(member.mean_omega_W - member.omega_W) +
+         side.linear.dot(arc_velocity(member.mean_omega_W, side.lever_W, step_s_));
+}
+
 void ConstraintSystem::add_row(const RowSide& a, const RowSide& b, double target_m_s,
                                double compliance, double lo_n, double hi_n, RowForce& force) {
   const ContactProblem::Side side_a = side(a), side_b = side(b);
   // Forces become impulses by the factor h, and ODE-style CFM [m/s per N] becomes velocity per
   // impulse.
-  problem_.add_row(side_a, side_b, target_m_s, compliance / step_s_, lo_n * step_s_, hi_n * step_s_,
+  problem_.add_row(side_a, side_b, target_m_s - drift_of(a, side_a.body) - drift_of(b, side_b.body),
+                   compliance / step_s_, lo_n * step_s_, hi_n * step_s_,
                    {force.guess_n.last * step_s_, force.guess_n.change * step_s_});
-  rows_.push_back({&force, {a, b}, {side_a.body, side_b.body}, target_m_s});
+  forces_.push_back(&force);
 }
 
 void ConstraintSystem::add_joint_row(const RowSide& a, const RowSide& b, double target_m_s,
@@ -115,111 +142,89 @@ ConstraintSystem::Sides ConstraintSystem::sides(RigidBody* a, RigidBody* b) {
   return {index_of(a), index_of(b)};
 }
 
+/// The solver finds the velocities that the impulses leave at the start of the step. A free body's
+/// angular velocity changes within it, and levers turn with the bodies, so that surfaces move apart
+/// although these velocities agree.
+Vector3d ConstraintSystem::drift_of(const Contact& contact) const {
+  const Vector3d &p = contact.constraint->contact.p_W, &n = contact.constraint->contact.n_W;
+  Vector3d drift = Vector3d::Zero(), arc = Vector3d::Zero();
+  const auto add = [&](int number, double sign) {
+    if (number == ContactProblem::kFixed) return;
+    const Member& member = members_[static_cast<std::size_t>(number)];
+    if (!member.turns) return;
+    const Vector3d lever = p - member.body->p_W();
+    drift += sign * (member.mean_omega_W - member.omega_W).cross(lever);
+    arc += sign * arc_velocity(member.mean_omega_W, lever, step_s_);
+  };
+  add(contact.sides.a, 1);
+  add(contact.sides.b, -1);
+  return drift + tangential(arc, n);
+}
+
 void ConstraintSystem::add_contact(ContactConstraint& constraint, const Sides& sides,
                                    const ContactResponse& response) {
   const Vector3d& n = constraint.contact.n_W;
   constraint.creep_W = tangential(constraint.creep_W, n);
+  Contact& contact = contacts_.emplace_back();
+  contact.constraint = &constraint;
+  contact.sides = sides;
+  contact.surface_v_W = tangential(response.target_v_W, n);
+  contact.compliance_m_s_ns = response.friction_compliance_m_s_n / step_s_;
+  // The target makes up for the drift, and for the displacement of sticking surfaces in earlier
+  // steps.
+  contact.target_v_W =
+      response.target_v_W - drift_of(contact) - kCreepCorrection / step_s_ * constraint.creep_W;
+  contact.rebound_m_s = response.rebound_m_s;
+  rebounds_ = rebounds_ || response.rebound_m_s > 0;
   problem_.add_contact(
       {.a = sides.a,
        .b = sides.b,
        .p = constraint.contact.p_W,
-       .n = constraint.contact.n_W,
+       .n = n,
        .friction = constraint.friction,
        .spinning_m = constraint.spinning_m,
        .rolling_m = constraint.rolling_m,
-       .target_v = response.target_v_W,
+       .target_v = contact.target_v_W + response.rebound_m_s * n,
        .compliance_m_s_ns = response.compliance_m_s_n / step_s_,
-       .friction_compliance_m_s_ns = response.friction_compliance_m_s_n / step_s_,
+       .friction_compliance_m_s_ns = contact.compliance_m_s_ns,
        .impulse_ns = {step_s_ * constraint.f_guess_W.last, step_s_ * constraint.f_guess_W.change},
        .torsional_impulse_nms = {step_s_ * constraint.torque_guess_W.last,
                                  step_s_ * constraint.torque_guess_W.change}});
-  contacts_.push_back({.constraint = &constraint,
-                       .sides = sides,
-                       .response_v_W = response.target_v_W,
-                       .compliance_m_s_ns = response.friction_compliance_m_s_n / step_s_,
-                       .rebound_m_s = response.rebound_m_s});
-  rebounds_ = rebounds_ || response.rebound_m_s > 0;
 }
 
 ContactSolver::Outcome ConstraintSystem::advance() {
-  // Semi-implicit Euler (Stewart & Trinkle 1996): impulses and velocities at the end of the step
-  // first, then the poses follow from these velocities.
-  problem_.complete(parameters_);
-  set_targets();
+  // Semi-implicit Euler (Stewart & Trinkle 1996): the impulses and the velocities that they leave
+  // first, then the motion over the step.
   const auto outcome = solve();
   for (std::size_t i = 0; i < members_.size(); ++i) {
-    mean_omega_W_[i] = mean_omega_W(*members_[i], problem_.twist(static_cast<int>(i)).omega);
+    Member& member = members_[i];
+    member.omega_W = member.mean_omega_W = problem_.twist(static_cast<int>(i)).omega;
+    member.turns = turns(member.omega_W);
+    if (!member.moves || !member.turns || !member.body->is_ballistic()) continue;
+    member.mean_omega_W =
+        mean_free_omega(member.body->inertia_B(), member.body->q_WB(), member.omega_W, step_s_);
   }
-  for (std::size_t i = 0; i < contacts_.size(); ++i) update_creep(static_cast<int>(i));
-  for (std::size_t i = 0; i < members_.size(); ++i) {
-    if (moves_[i] != 0) move(*members_[i], problem_.twist(static_cast<int>(i)), mean_omega_W_[i]);
-    members_[i]->set_system_index(-1);
-  }
-  members_.clear();
-  for (std::size_t i = 0; i < rows_.size(); ++i) {
+  for (std::size_t i = 0; i < forces_.size(); ++i) {
     const double force_n = problem_.row_impulse_ns(static_cast<int>(i)) / step_s_;
-    rows_[i].force->guess_n.record(force_n, false);
+    forces_[i]->guess_n.record(force_n, false);
   }
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     ContactConstraint& constraint = *contacts_[i].constraint;
-    constraint.f_W = problem_.contact_impulse_ns(static_cast<int>(i)) / step_s_;
+    const Vector3d impulse_ns = problem_.contact_impulse_ns(static_cast<int>(i));
+    update_creep(contacts_[i], impulse_ns);
+    constraint.f_W = impulse_ns / step_s_;
     constraint.torque_W = problem_.torsional_impulse_nms(static_cast<int>(i)) / step_s_;
     constraint.f_guess_W.record(constraint.f_W, outcome.warm_start_fits);
     constraint.torque_guess_W.record(constraint.torque_W, outcome.warm_start_fits);
     // The projection onto the cone leaves a normal part of -0 or rounding size on open contacts.
     constraint.normal_n = std::max(0.0, constraint.f_W.dot(constraint.contact.n_W));
   }
-  return outcome;
-}
-
-/// The solver finds the velocities that the impulses leave at the start of the step. A free body's
-/// angular velocity changes within it, and levers turn with the bodies, so that points move apart
-/// although these velocities agree. The targets make up for both, as expected if impulses go on as
-/// in the last step, and for the displacement of sticking surfaces in earlier steps.
-void ConstraintSystem::set_targets() {
   for (std::size_t i = 0; i < members_.size(); ++i) {
-    const RigidBody& body = *members_[i];
-    expected_omega_W_[i] = body.omega_W();
-    if (body.omega_gain_W().squaredNorm() < kMaxOmegaGain * kMaxOmegaGain) {
-      expected_omega_W_[i] += body.omega_gain_W();
-    }
-    mean_omega_W_[i] = mean_omega_W(body, expected_omega_W_[i]);
+    if (members_[i].moves) move(members_[i], problem_.at(static_cast<int>(i)));
+    members_[i].body->set_system_index(-1);
   }
-  for (std::size_t i = 0; i < rows_.size(); ++i) {
-    const Row& row = rows_[i];
-    double drift = 0;
-    for (std::size_t k = 0; k < 2; ++k) {
-      if (row.members[k] == ContactProblem::kFixed) continue;
-      const RowSide& side = row.sides[k];
-      const Vector3d& omega = mean_omega_W_[static_cast<std::size_t>(row.members[k])];
-      const Vector3d& at_start = expected_omega_W_[static_cast<std::size_t>(row.members[k])];
-      drift += side.angular.dot(omega - at_start) +
-               side.linear.dot(arc_velocity(omega, side.lever_W, step_s_));
-    }
-    problem_.rows()[i].target = row.target_m_s - drift;
-  }
-  for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    Contact& contact = contacts_[i];
-    const ContactConstraint& constraint = *contact.constraint;
-    const Vector3d &p = constraint.contact.p_W, &n = constraint.contact.n_W;
-    contact.surface_v_W = tangential(contact.response_v_W, n);
-    Vector3d drift = Vector3d::Zero(), arc = Vector3d::Zero();
-    const auto add = [&](int member, double sign) {
-      if (member == ContactProblem::kFixed) return;
-      const Vector3d& omega_at_start = expected_omega_W_[static_cast<std::size_t>(member)];
-      const Vector3d lever = p - members_[static_cast<std::size_t>(member)]->p_W();
-      const Vector3d& omega = mean_omega_W_[static_cast<std::size_t>(member)];
-      drift += sign * (omega - omega_at_start).cross(lever);
-      arc += sign * arc_velocity(omega, lever, step_s_);
-    };
-    add(contact.sides.a, 1);
-    add(contact.sides.b, -1);
-    const Vector3d target_v_W = contact.response_v_W - drift - tangential(arc, n) -
-                                kCreepCorrection / step_s_ * constraint.creep_W;
-    contact.passive_v_W = contact.surface_v_W + std::min(0.0, target_v_W.dot(n)) * n;
-    contact.active_v_W = target_v_W + contact.rebound_m_s * n - contact.passive_v_W;
-    problem_.set_target(static_cast<int>(i), contact.passive_v_W + contact.active_v_W);
-  }
+  members_.clear();
+  return outcome;
 }
 
 /// Newton's law of restitution with friction may make energy (Kane 1984), and so may rebounds of
@@ -263,7 +268,11 @@ ContactSolver::Outcome ConstraintSystem::solve() {
 ContactSolver::Outcome ConstraintSystem::solve_with_share(double share) {
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     const Contact& contact = contacts_[i];
-    problem_.set_target(static_cast<int>(i), contact.passive_v_W + share * contact.active_v_W);
+    const Vector3d& n = contact.constraint->contact.n_W;
+    // Contacts with this target can do no work on the bodies.
+    const Vector3d passive_v_W = contact.surface_v_W + std::min(0.0, contact.target_v_W.dot(n)) * n;
+    const Vector3d active_v_W = contact.target_v_W + contact.rebound_m_s * n - passive_v_W;
+    problem_.set_target(static_cast<int>(i), passive_v_W + share * active_v_W);
   }
   return solver_.solve(problem_, parameters_);
 }
@@ -298,51 +307,56 @@ ConstraintSystem::Work ConstraintSystem::contact_work() const {
 
 /// Where the surfaces stick, adds the displacement along them in this step. The bodies have not
 /// moved yet.
-void ConstraintSystem::update_creep(int index) const {
-  const Contact& contact = contacts_[static_cast<std::size_t>(index)];
+void ConstraintSystem::update_creep(const Contact& contact, const Vector3d& impulse_ns) const {
   ContactConstraint& constraint = *contact.constraint;
-  const Eigen::Vector3d &p = constraint.contact.p_W, &n = constraint.contact.n_W;
-  Vector3d velocity = Vector3d::Zero(), arc = Vector3d::Zero();
+  const Vector3d &p = constraint.contact.p_W, &n = constraint.contact.n_W;
+  const double normal_ns = impulse_ns.dot(n);
+  // The creep of open contacts is not kept.
+  if (normal_ns <= 0) return;
+  const Vector3d friction_ns = impulse_ns - normal_ns * n;
+  const double most_ns = (1 - kConeRounding) * constraint.friction * normal_ns;
+  Vector3d velocity = -contact.surface_v_W, arc = Vector3d::Zero();
   double spin = 0;  // mean of both bodies' about the normal
-  const auto add = [&](int member, double sign) {
-    if (member == ContactProblem::kFixed) return;
-    const Vector3d& omega = mean_omega_W_[static_cast<std::size_t>(member)];
-    const Vector3d lever = p - members_[static_cast<std::size_t>(member)]->p_W();
-    spin += 0.5 * omega.dot(n);
-    velocity += sign * (problem_.twist(member).v + omega.cross(lever));
-    arc += sign * arc_velocity(omega, lever, step_s_);
+  bool turning = false;
+  const auto add = [&](int number, double sign) {
+    if (number == ContactProblem::kFixed) return;
+    const Member& member = members_[static_cast<std::size_t>(number)];
+    const Vector3d lever = p - member.body->p_W();
+    velocity += sign * (problem_.twist(number).v + member.mean_omega_W.cross(lever));
+    if (!member.turns) return;
+    turning = true;
+    spin += 0.5 * member.mean_omega_W.dot(n);
+    arc += sign * arc_velocity(member.mean_omega_W, lever, step_s_);
   };
   add(contact.sides.a, 1);
   add(contact.sides.b, -1);
-  const Vector3d& impulse_ns = problem_.contact_impulse_ns(index);
-  const double normal_ns = impulse_ns.dot(n);
-  const bool slides = normal_ns > 0 && tangential(impulse_ns, n).norm() >=
-                                           (1 - kConeRounding) * constraint.friction * normal_ns;
-  const Vector3d slip = tangential(velocity, n) - contact.surface_v_W;
-  // A sliding contact is stretched as far as its friction stretches it.
-  constraint.creep_W = slides
-                           ? Vector3d(-step_s_ / kCreepCorrection * contact.compliance_m_s_ns *
-                                      tangential(impulse_ns, n))
-                           : Vector3d(constraint.creep_W + step_s_ * (slip + tangential(arc, n)));
+  if (friction_ns.squaredNorm() >= most_ns * most_ns) {
+    // A sliding contact is stretched as far as its friction stretches it.
+    constraint.creep_W = -step_s_ / kCreepCorrection * contact.compliance_m_s_ns * friction_ns;
+  } else {
+    constraint.creep_W += step_s_ * tangential(velocity + arc, n);
+  }
   // It turns with the surfaces.
-  constraint.creep_W = Eigen::AngleAxisd(step_s_ * spin, n) * constraint.creep_W;
+  if (turning) constraint.creep_W = Eigen::AngleAxisd(step_s_ * spin, n) * constraint.creep_W;
 }
 
 /// The pose from the mean velocities over the step, then the velocities at its end. The angular one
 /// follows from the momentum, which free rotation keeps exactly.
-void ConstraintSystem::move(RigidBody& body, const Twist& twist, const Vector3d& omega_W) const {
-  const Vector3d momentum_W = inertia_in_world(body) * twist.omega;
-  const Vector3d gain_W = twist.omega - body.omega_W();
-  body.set_position(body.p_W() + step_s_ * twist.v);
+void ConstraintSystem::move(const Member& member, const SolverBody& solved) const {
+  const Vector3d& v_W = solved.twist.v;
+  RigidBody& body = *member.body;
+  const bool changes = member.turns && body.is_ballistic();
+  const Vector3d gain_W = member.omega_W - body.omega_W();
+  const Vector3d momentum_W =
+      changes ? Vector3d(solved.inertia * member.omega_W) : Vector3d::Zero();
+  body.set_position(body.p_W() + step_s_ * v_W);
   // Rotation by the exponential map of omega over the step.
-  const double half = 0.5 * step_s_, angle = half * omega_W.norm();
+  const double half = 0.5 * step_s_, angle = half * member.mean_omega_W.norm();
   const double sinc = angle < 1e-4 ? 1 - angle * angle / 6 : std::sin(angle) / angle;
-  const Vector3d turn = half * sinc * omega_W;
+  const Vector3d turn = half * sinc * member.mean_omega_W;
   body.set_orientation(Eigen::Quaterniond(std::cos(angle), turn.x(), turn.y(), turn.z()) *
                        body.q_WB());
-  body.set_velocity(twist.v, body.is_ballistic()
-                                 ? Vector3d(inertia_in_world(body).inverse() * momentum_W)
-                                 : twist.omega);
+  body.set_velocity(v_W, changes ? omega_of(body, momentum_W) : member.omega_W);
   if (body.is_ballistic()) body.set_omega_gain(gain_W);
 }
 

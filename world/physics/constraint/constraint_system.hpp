@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -22,7 +21,7 @@ namespace aprsim::physics {
 struct RowSide {
   RigidBody* body = nullptr;
   Eigen::Vector3d linear = Eigen::Vector3d::Zero(), angular = Eigen::Vector3d::Zero();
-  /// Of the point that the row holds, from the body's centre of mass.
+  /// The point that the row holds, from the body's centre of mass.
   Eigen::Vector3d lever_W = Eigen::Vector3d::Zero();
 
   /// The velocity along `d` of the point at `lever_W`.
@@ -83,28 +82,20 @@ class ConstraintSystem {
   [[nodiscard]] const ContactSolverStatistics& statistics() const { return solver_.statistics(); }
 
  private:
-  [[nodiscard]] int index_of(RigidBody* body);
-  void add_member(RigidBody& body, bool moves);
-  [[nodiscard]] Eigen::Vector3d mean_omega_W(const RigidBody& body,
-                                             const Eigen::Vector3d& omega_W) const;
-  [[nodiscard]] ContactProblem::Side side(const RowSide& side);
-  void set_targets();
-  struct Row {
-    RowForce* force = nullptr;
-    std::array<RowSide, 2> sides;
-    std::array<int, 2> members{};
-    double target_m_s = 0;
+  /// A body in the system.
+  struct Member {
+    RigidBody* body = nullptr;
+    bool moves = false;  ///< by the solution
+    bool turns = false;  ///< enough to matter within the step
+    /// Behind the impulses, and its mean over the step: as expected, then as solved.
+    Eigen::Vector3d omega_W, mean_omega_W;
   };
   struct Contact {
     ContactConstraint* constraint = nullptr;
     Sides sides;
-    Eigen::Vector3d response_v_W;  ///< target of the surfaces' response, without the rebound
-    /// Target of contacts that can do no work on the bodies, and what is added to it: the rebound
-    /// and the corrections of position.
-    Eigen::Vector3d passive_v_W = Eigen::Vector3d::Zero();
-    Eigen::Vector3d active_v_W = Eigen::Vector3d::Zero();
-    Eigen::Vector3d surface_v_W = Eigen::Vector3d::Zero();  ///< of a moving surface
-    double compliance_m_s_ns = 0;                           ///< slip velocity per friction impulse
+    Eigen::Vector3d target_v_W;    ///< without the rebound
+    Eigen::Vector3d surface_v_W;   ///< of a moving surface
+    double compliance_m_s_ns = 0;  ///< slip velocity per friction impulse
     double rebound_m_s = 0;
   };
   /// Done by contacts on the bodies in a step.
@@ -112,22 +103,25 @@ class ConstraintSystem {
     double sum_j = 0;
     double size_j = 0;  ///< of the parts that it is made of
   };
+  [[nodiscard]] int index_of(RigidBody* body);
+  void add_member(RigidBody& body, bool moves);
+  [[nodiscard]] bool turns(const Eigen::Vector3d& omega_W) const;
+  [[nodiscard]] ContactProblem::Side side(const RowSide& side);
+  [[nodiscard]] double drift_of(const RowSide& side, int number) const;
+  [[nodiscard]] Eigen::Vector3d drift_of(const Contact& contact) const;
   [[nodiscard]] ContactSolver::Outcome solve();
   [[nodiscard]] ContactSolver::Outcome solve_with_share(double share);
   [[nodiscard]] Work contact_work() const;
-  void update_creep(int index) const;
-  void move(RigidBody& body, const Twist& twist, const Eigen::Vector3d& omega_W) const;
+  void update_creep(const Contact& contact, const Eigen::Vector3d& impulse_ns) const;
+  void move(const Member& member, const SolverBody& solved) const;
 
   double step_s_ = 0;
   ContactSolverParameters parameters_;
   ContactProblem problem_;
   ContactSolver solver_;
   Eigen::Vector3d gravity_W_ = Eigen::Vector3d::Zero();
-  std::vector<RigidBody*> members_;                // by number, until the system is solved
-  std::vector<char> moves_;                        // by number
-  std::vector<Eigen::Vector3d> expected_omega_W_;  // by number, behind the impulses
-  std::vector<Eigen::Vector3d> mean_omega_W_;      // by number, over the step
-  std::vector<Row> rows_;
+  std::vector<Member> members_;  // by number, until the system is solved
+  std::vector<RowForce*> forces_;
   std::vector<Contact> contacts_;
   bool rebounds_ = false;  // of any contact
 };

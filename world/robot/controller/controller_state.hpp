@@ -7,6 +7,7 @@
 #include "world/robot/controller/arrival.hpp"
 #include "world/robot/controller/command_progress.hpp"
 #include "world/robot/controller/motion_generator.hpp"
+#include "world/robot/controller/motion_stream.hpp"
 #include "world/robot/controller/plan_queue.hpp"
 #include "world/robot/controller/tool_change_sequence.hpp"
 #include "world/robot/trajectory/limits/tool_limits.hpp"
@@ -23,6 +24,7 @@ struct ControllerState {
   PlanQueue plans;
   ToolChangeSequence changer;
   CommandProgress command;
+  MotionStream stream;
   std::optional<Pose> X_RG;            ///< goal pose of the tool by the latest move
   ArrivalTolerance arrival_tolerance;  ///< of the running motion
   bool protection = false;             ///< after a protective stop, until InitRobot
@@ -32,20 +34,22 @@ struct ControllerState {
 
   /// Memory besides what copies share, approximately.
   [[nodiscard]] std::size_t bytes() const {
-    return sizeof *this + bytes_of(changer.deferred()) + plans.bytes();
+    return sizeof *this + bytes_of(changer.deferred()) + plans.bytes() + motion.bytes() +
+           stream.bytes();
   }
   /// Adds what copies share: the plans of motions.
   void list(SharedParts& parts) const {
     motion.list(parts);
     plans.list(parts);
+    stream.list(parts);
   }
 
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
-    auto& [tool_limits, motion, plans, changer, command, X_RG, arrival_tolerance, protection,
-           gripper_setting, steps_left, gripper_applied] = self;
-    io(tool_limits, motion, plans, changer, command, X_RG, arrival_tolerance, protection,
+    auto& [tool_limits, motion, plans, changer, command, stream, X_RG, arrival_tolerance,
+           protection, gripper_setting, steps_left, gripper_applied] = self;
+    io(tool_limits, motion, plans, changer, command, stream, X_RG, arrival_tolerance, protection,
        gripper_setting, steps_left, gripper_applied);
   }
 };

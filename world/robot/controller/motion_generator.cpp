@@ -21,6 +21,7 @@ void MotionGenerator::step(const EquippedArm& arm, const JointVector& external_n
   drives_.step(at_rest() && !planning);
   runner_.advance(arm.planner.arm(), arm.step_s, drives_.braked());
   advance_torque_mode(arm, external_nm);
+  advance_stream(arm);
   trail_.record(reference());
 }
 
@@ -124,6 +125,63 @@ void MotionGenerator::advance_torque_mode(const EquippedArm& arm, const JointVec
                        runner_.reference());
 }
 
+// ---- a streamed motion
+
+void MotionGenerator::begin_stream(const EquippedArm& arm, api::StreamMode mode) {
+  if (torque_mode_.active()) stop_from(arm, reference());
+  to_joint_targets_ = false;
+  retreating_ = false;
+  stream_paused_ = false;
+  switch_drives_on(arm.step_s);
+  if (mode == api::StreamMode::kTimed) {
+    stream_.emplace<TimedMotion>().begin(reference());
+  } else {
+    stream_.emplace<MoveChain>();
+  }
+}
+
+std::uint64_t MotionGenerator::stream_left() const {
+  if (const auto* points = std::get_if<TimedMotion>(&stream_)) return points->left();
+  const auto* moves = std::get_if<MoveChain>(&stream_);
+  return moves ? moves->left() : 0;
+}
+
+std::uint64_t MotionGenerator::stream_done() const {
+  if (const auto* points = std::get_if<TimedMotion>(&stream_)) return points->done();
+  const auto* moves = std::get_if<MoveChain>(&stream_);
+  return moves ? moves->done() : 0;
+}
+
+void MotionGenerator::drop_points() {
+  if (TimedMotion* points = timed()) points->clear();
+  if (MoveChain* moves = chain()) moves->clear();
+  stream_paused_ = false;
+}
+
+/// A stop comes first, and brakes hold the reference.
+void MotionGenerator::advance_stream(const EquippedArm& arm) {
+  if (stream_left() == 0 || drives_.braked() || !runner_.idle()) return;
+  const JointLimits& limits = arm.planner.joint_limits();
+  const double wanted = stream_paused_ ? 0 : speed();
+  if (MoveChain* moves = chain()) {
+    moves->advance({.limits = limits, .speed = wanted, .step_s = arm.step_s}, runner_.reference());
+    return;
+  }
+  TimedMotion& points = *timed();
+  const bool more = points.advance({.limits = limits, .speed = wanted, .step_s = arm.step_s},
+                                   runner_.reference());
+  if (more || !points.ends_moving()) return;
+  // Points have run out at a speed: the joints stop as fast as they can.
+  const JointState state = runner_.state(arm.step_s);
+  runner_.replace(MotionSequence(arm.planner.plan_stop(state)), Brake::kHard);
+}
+
+std::size_t MotionGenerator::bytes() const {
+  if (const auto* points = std::get_if<TimedMotion>(&stream_)) return points->bytes();
+  const auto* moves = std::get_if<MoveChain>(&stream_);
+  return moves ? moves->bytes() : 0;
+}
+
 // ---- stops
 
 void MotionGenerator::brake(const EquippedArm& arm, Brake how) {
@@ -131,12 +189,14 @@ void MotionGenerator::brake(const EquippedArm& arm, Brake how) {
   retreating_ = false;
   // Torque mode has no path to brake on.
   // A stop from the present state in joint space takes the place of braking on a path.
-  if (torque_mode_.active()) stop_from(arm, reference());
+  // The same for a streamed motion: points end where they are dropped.
+  if (torque_mode_.active() || stream_left() > 0) stop_from(arm, reference());
   runner_.brake(arm.planner.arm(), how);
 }
 
 void MotionGenerator::stop_from(const EquippedArm& arm, const JointVector& q) {
-  const bool moves = runner_.running() || torque_mode_.active();
+  const bool moves = runner_.running() || torque_mode_.active() || stream_left() > 0;
+  drop_points();
   to_joint_targets_ = false;
   retreating_ = false;
   torque_mode_.clear();
@@ -152,6 +212,7 @@ void MotionGenerator::stop_from(const EquippedArm& arm, const JointVector& q) {
 void MotionGenerator::set_at_rest(const JointVector& q) {
   to_joint_targets_ = false;
   torque_mode_.clear();
+  drop_points();
   runner_.set_at_rest(q);
 }
 

@@ -6,12 +6,16 @@
 #include "world/robot/planning/plan_job.hpp"
 #include "world/robot/servo/drive_power.hpp"
 #include "world/robot/trajectory/motion_runner.hpp"
+#include "world/robot/trajectory/stream/move_chain.hpp"
+#include "world/robot/trajectory/stream/timed_motion.hpp"
 
 namespace aprsim::robot {
 
 /// Generates the arm's joint reference: runs planned motions, brakes them, adds the joints in
 /// torque mode, and retreats after a collision. A copyable value; copies share the plans. Thread:
 /// sim.
+///
+/// A streamed motion runs while no other does; every stop drops its points.
 ///
 /// Moves of joints and free moves of the tool are blended from the motion that runs; the others
 /// begin where it comes to rest on its own path.
@@ -36,6 +40,23 @@ class MotionGenerator {
   /// Moves straight in joint space from `from` to the newest posture of the trail that is far
   /// enough.
   void retreat(const EquippedArm& arm, const JointVector& from);
+
+  // ---- a streamed motion
+
+  /// Begins one without points, at rest; switches the drives on. Ends torque mode.
+  void begin_stream(const EquippedArm& arm, api::StreamMode mode);
+  /// Forgets it; it must be at rest or stopped before.
+  void end_stream() { stream_ = std::monostate(); }
+  /// Slows it down on its path to a stand, or continues.
+  void pause_stream(bool paused) { stream_paused_ = paused; }
+  [[nodiscard]] bool stream_paused() const { return stream_paused_; }
+  /// The streamed motion of that kind; null = there is none.
+  [[nodiscard]] TimedMotion* timed() { return std::get_if<TimedMotion>(&stream_); }
+  [[nodiscard]] const TimedMotion* timed() const { return std::get_if<TimedMotion>(&stream_); }
+  [[nodiscard]] MoveChain* chain() { return std::get_if<MoveChain>(&stream_); }
+  /// Points that it has not reached, and that it has.
+  [[nodiscard]] std::uint64_t stream_left() const;
+  [[nodiscard]] std::uint64_t stream_done() const;
 
   // ---- stops
 
@@ -65,7 +86,9 @@ class MotionGenerator {
   [[nodiscard]] const JointVector& last_reference() const { return runner_.last_reference(); }
   /// No motion runs or is to run, except joints in torque mode.
   [[nodiscard]] bool idle() const { return runner_.idle(); }
-  [[nodiscard]] bool at_rest() const { return runner_.idle() && !torque_mode_busy(); }
+  [[nodiscard]] bool at_rest() const {
+    return runner_.idle() && !torque_mode_busy() && !stream_moves();
+  }
   /// Posture where the last of the motions ends; only while not idle.
   [[nodiscard]] const JointVector& end() const { return runner_.end(); }
   [[nodiscard]] bool retreating() const { return retreating_ && runner_.running(); }
@@ -79,15 +102,20 @@ class MotionGenerator {
     return torque_mode_.applied_torque(dof);
   }
   /// Adds what copies share: the plans of motions.
-  void list(SharedParts& parts) const { runner_.list(parts); }
+  void list(SharedParts& parts) const {
+    runner_.list(parts);
+    if (const TimedMotion* points = timed()) points->list(parts);
+  }
+  /// Memory besides the value itself and what copies share.
+  [[nodiscard]] std::size_t bytes() const;
 
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
     auto& [runner, joint_targets, to_joint_targets, torque_mode, torque_mode_pending, trail, drives,
-           override_fraction, speed_share, retreating] = self;
+           override_fraction, speed_share, retreating, stream, stream_paused] = self;
     io(runner, joint_targets, to_joint_targets, torque_mode, torque_mode_pending, trail, drives,
-       override_fraction, speed_share, retreating);
+       override_fraction, speed_share, retreating, stream, stream_paused);
   }
   template <typename In>
   void require_valid(In& in) const {
@@ -105,6 +133,12 @@ class MotionGenerator {
   }
   void start_torque_mode(const EquippedArm& arm, const api::MoveJoints& move, const Plan& plan);
   void advance_torque_mode(const EquippedArm& arm, const JointVector& external_nm);
+  void advance_stream(const EquippedArm& arm);
+  void drop_points();
+  /// It has points left and does not stand paused.
+  [[nodiscard]] bool stream_moves() const {
+    return stream_left() > 0 && !(stream_paused_ && reference() == last_reference());
+  }
 
   MotionRunner runner_;
   JointVector joint_targets_;
@@ -115,6 +149,8 @@ class MotionGenerator {
   DrivePower drives_;
   double override_ = 1, speed_share_ = 1;
   bool retreating_ = false;  ///< the running motion is the retreat of a protective stop
+  std::variant<std::monostate, TimedMotion, MoveChain> stream_;
+  bool stream_paused_ = false;
 };
 
 }  // namespace aprsim::robot

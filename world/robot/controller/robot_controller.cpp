@@ -17,6 +17,7 @@ const char* const kNoTool =
 const char* const kNothingTaken = "nothing taken: no tool is at the flange";
 const char* const kTooManyDeferred =
     "too many commands wait for the tool changer: at most 16, send InitCanon";
+const char* const kHasTheRobot = " has the robot by a stream of motions; StopMotion ends it";
 const char* const kMoveBefore = "the move before: ";
 constexpr double kGripperDeadline_s = 2;
 constexpr double kDrivesOffAfterFastStop_s = 1;
@@ -32,6 +33,7 @@ RobotController::RobotController(ControllerSetup setup)
 
 void RobotController::apply(api::Ticket ticket, const api::RobotAction& action,
                             const JointVector& q_actual) {
+  if (refuse_as_busy(ticket, action)) return;
   // Stops and initialisation act at once and drop deferred commands; everything else waits for the
   // lock.
   if (precedes_tool_change(action)) {
@@ -56,16 +58,24 @@ void RobotController::run(api::Ticket ticket, const api::RobotAction& action,
 }
 
 void RobotController::execute(const api::InitRobot&, const JointVector& q_actual) {
+  reset(q_actual);
+  begin_task(Task::kRest);
+}
+
+/// Clears errors and makes the actual posture the reference.
+void RobotController::reset(const JointVector& q_actual) {
   s_.command.initialize();
   s_.protection = false;
+  s_.stream.clear_alarm();
   s_.motion.switch_drives_on(setup_.step_s);
   // Initialising during the retreat must not leave the arm in contact.
   // A retreat from a collision comes first.
   if (!retreating()) stop_from(q_actual);
-  begin_task(Task::kRest);
 }
 
 void RobotController::execute(const api::EndProgram&, const JointVector&) {
+  // A client that leaves does not stop the motion of another one.
+  if (s_.stream.active()) return s_.command.complete();
   brake(Brake::kSet);
   begin_task(Task::kRest);
 }
@@ -87,6 +97,8 @@ void RobotController::execute(const api::StopMotion& stop, const JointVector&) {
       s_.motion.keep_drives_on();
       break;
   }
+  // The motion's points are dropped by now.
+  s_.stream.stopped("stopped by StopMotion", s_.motion);
   begin_task(Task::kRest);
 }
 
@@ -128,9 +140,79 @@ void RobotController::execute(const api::SetMotionLimit& setting, const JointVec
   s_.command.complete();
 }
 
+// ---- streams
+
+/// Refuses a command that would disturb the stream's commander.
+bool RobotController::refuse_as_busy(api::Ticket ticket, const api::RobotAction& action) {
+  if (!s_.stream.active()) return false;
+  const bool disturbs = api::is_move(action) || std::holds_alternative<api::InitRobot>(action) ||
+                        std::holds_alternative<api::SetToolChanger>(action);
+  if (!disturbs) return false;
+  refuse(ticket, action, "busy: " + s_.stream.commander() + kHasTheRobot);
+  return true;
+}
+
+/// Whether a stream can begin.
+Result<void> RobotController::require_free() const {
+  const auto busy = [](const std::string& message) {
+    return aprsim::fail(ErrorCode::kFailedPrecondition, "commander", message);
+  };
+  if (s_.stream.active()) return busy("busy: " + s_.stream.commander() + kHasTheRobot);
+  if (!s_.stream.alarm().empty()) {
+    return aprsim::fail(ErrorCode::kFailedPrecondition, "alarm", "alarm: " + s_.stream.alarm());
+  }
+  if (s_.changer.busy()) return busy("busy: the tool changer works");
+  if (!at_rest()) return busy("busy: a command moves the robot, or a stop is under way");
+  return {};
+}
+
+Result<void> RobotController::claim(api::Ticket ticket, const api::ClaimMotion& command,
+                                    const JointVector& q_actual) {
+  if (command.takes_over != 0 && s_.stream.number() == command.takes_over) {
+    stop_from(reference());
+    s_.stream.stopped("taken over by " + command.commander, s_.motion);
+  }
+  // A reset while another commander moves the robot would stop it.
+  if (command.reset && !s_.stream.active() && !s_.changer.busy() && at_rest()) reset(q_actual);
+  if (auto ok = require_free(); !ok) return ok;
+  s_.stream.claim(ticket, command, stream_arm());
+  return {};
+}
+
+Result<void> RobotController::apply(api::Ticket ticket, const api::TrajectoryAction& action,
+                                    std::int64_t delay, const JointVector& q_actual) {
+  if (const auto* command = std::get_if<api::ClaimMotion>(&action)) {
+    return claim(ticket, *command, q_actual);
+  }
+  if (const auto* command = std::get_if<api::FollowTrajectory>(&action)) {
+    if (command->reset && !s_.stream.active() && at_rest()) reset(q_actual);
+    if (auto ok = require_free(); !ok) return ok;
+    return s_.stream.follow(ticket, *command, delay, stream_arm());
+  }
+  return std::visit(
+      [&](const auto& command) -> Result<void> {
+        using Command = std::decay_t<decltype(command)>;
+        if constexpr (std::is_same_v<Command, api::ClaimMotion> ||
+                      std::is_same_v<Command, api::FollowTrajectory>) {
+          return {};
+        } else {
+          return s_.stream.apply(command, stream_arm());
+        }
+      },
+      action);
+}
+
+void RobotController::write(api::MotionSnapshot& out) const {
+  s_.stream.write(s_.motion, setup_.step_s, out);
+  if (s_.stream.active()) return;
+  const bool commanded = !at_rest() || s_.changer.busy();
+  out.source = commanded ? api::MotionSource::kCommands : api::MotionSource::kNone;
+}
+
 // ---- one step
 
 const JointVector& RobotController::step(const ControllerInput& input) {
+  if (s_.stream.active()) s_.stream.step(input.q_actual, input.qd_actual, stream_arm());
   if (s_.plans.step()) {
     begin_planned();
     s_.plans.step();  // this step is also the first of the next plan
@@ -279,6 +361,8 @@ void RobotController::protective_stop(const std::string& reason, const JointVect
   s_.plans.cancel();
   s_.motion.set_at_rest(q_actual);
   s_.protection = true;
+  s_.stream.stopped(reason, s_.motion);
+  s_.stream.set_alarm(reason);
   fail(reason);
   // The retreat releases the squeezed contact; it follows the trail that the arm came by.
   s_.motion.retreat(arm(), q_actual);
@@ -287,11 +371,14 @@ void RobotController::protective_stop(const std::string& reason, const JointVect
 void RobotController::protective_stop(const std::string& reason) {
   brake(Brake::kHard);
   s_.protection = true;
+  s_.stream.stopped(reason, s_.motion);
+  s_.stream.set_alarm(reason);
   fail(reason);
 }
 
 void RobotController::stop_by_guard(bool ends_command, const std::string& why) {
   brake(Brake::kHard);
+  s_.stream.stopped(why, s_.motion);
   if (!ends_command) return;
   // The command ends well, with the trigger as its description.
   begin_task(Task::kRest);
@@ -301,7 +388,8 @@ void RobotController::stop_by_guard(bool ends_command, const std::string& why) {
 void RobotController::fail(const std::string& reason) {
   s_.changer.cancel();
   s_.command.set_error(reason);
-  brake(Brake::kSet);
+  // A stream is not concerned by an error of a command.
+  if (!s_.stream.active()) brake(Brake::kSet);
 }
 
 void RobotController::shut_down(const std::string& reason, bool on_path) {
@@ -311,6 +399,8 @@ void RobotController::shut_down(const std::string& reason, bool on_path) {
   } else {
     stop_from(reference());
   }
+  s_.stream.stopped(reason, s_.motion);
+  s_.stream.set_alarm(reason);
   fail(reason);
   s_.motion.switch_drives_off_after(0);
 }

@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "world/api/commands/robot_command.hpp"
+#include "world/api/commands/trajectory_command.hpp"
 #include "world/api/snapshot/robot_snapshot.hpp"
+#include "world/base/result.hpp"
 #include "world/robot/controller/controller_setup.hpp"
 #include "world/robot/controller/controller_state.hpp"
 #include "world/robot/controller/equipped_arm.hpp"
@@ -20,6 +22,7 @@ struct ControllerInput {
   int tool_at_flange = 0;     ///< the tool within the changer's capture range, -1 = none
   JointVector external_nm{};  ///< contact torques on the joints; empty = none
   JointVector q_actual{};     ///< where the arm is; empty = at the reference
+  JointVector qd_actual{};    ///< how fast; empty = as the reference
 };
 
 /// State machine of the robot controller: executes commands, plans motion, generates one joint
@@ -46,6 +49,9 @@ struct ControllerInput {
 ///   motion.
 /// - An immediate stop, and a fast one a second later, engages the brakes and switches the drives
 /// off. InitRobot and every motion switch them on again and wait until the brakes have released.
+/// - While a stream has the robot (world/api/commands/trajectory_command.hpp), commands that move,
+///   initialize or change the tool are refused as busy; the others are executed. Every stop of the
+///   robot ends the stream.
 /// - After a protective stop the arm retreats some millimetres along its trail; InitRobot waits for
 ///   that.
 class RobotController {
@@ -59,6 +65,12 @@ class RobotController {
   /// present position: InitRobot makes it the reference (the arm is to be relaxed with it), the
   /// others continue from the reference. The outcome is in status().
   void apply(api::Ticket ticket, const api::RobotAction& action, const JointVector& q_actual);
+
+  /// Executes a command of a stream; the latest command and its progress stay as they are. `delay`:
+  /// steps until the start of a followed trajectory, negative for one that has passed. `q_actual`
+  /// as above, for a reset. Errors as of the command.
+  [[nodiscard]] Result<void> apply(api::Ticket ticket, const api::TrajectoryAction& action,
+                                   std::int64_t delay, const JointVector& q_actual);
 
   /// Advances one step and returns the reference for its end; the same bits while nothing moves.
   /// `input` is the robot's state before this step. Does not allocate.
@@ -89,6 +101,9 @@ class RobotController {
   [[nodiscard]] std::optional<Pose> X_RG() const;
   [[nodiscard]] const JointVector& reference() const { return s_.motion.reference(); }
   [[nodiscard]] double gripper_setting() const { return s_.gripper_setting; }  ///< 0..1; 1 at start
+  [[nodiscard]] const MotionStream& stream() const { return s_.stream; }
+  /// The source of the motion and its progress.
+  void write(api::MotionSnapshot& out) const;
   [[nodiscard]] bool initialized() const { return s_.command.initialized(); }
   [[nodiscard]] bool stopped_by_protection() const { return s_.protection; }
   [[nodiscard]] bool moving() const { return !at_rest(); }
@@ -135,6 +150,15 @@ class RobotController {
   void execute(const api::SetOverride& setting, const JointVector& q_actual);
   void execute(const api::Dwell& dwell, const JointVector& q_actual);
   void execute(const api::SetMotionLimit& setting, const JointVector& q_actual);
+
+  [[nodiscard]] bool refuse_as_busy(api::Ticket ticket, const api::RobotAction& action);
+
+  // ---- streams
+  [[nodiscard]] Result<void> require_free() const;
+  [[nodiscard]] Result<void> claim(api::Ticket ticket, const api::ClaimMotion& command,
+                                   const JointVector& q_actual);
+  void reset(const JointVector& q_actual);
+  [[nodiscard]] MotionStream::Arm stream_arm() { return {arm(), setup_.gravity_B, s_.motion}; }
 
   // ---- planning
   void plan(PlannedMove move);

@@ -152,6 +152,14 @@ void JointMotion::at(double t, JointVector& q) const {
   }
 }
 
+double JointMotion::deceleration_s() const {
+  // From full speed: an acceleration that builds up and falls within its jerk limit.
+  const ScalarLimits& l = shared_limits_;
+  const double v = l.v * speed_;
+  const double full = v * l.j >= l.a * l.a ? v / l.a + l.a / l.j : 2 * std::sqrt(v / l.j);
+  return std::min(full, duration_ / 2);
+}
+
 double JointMotion::beyond_range() const {
   // A synchronised joint stays between its ends.
   constexpr int kSamples = 64;

@@ -64,6 +64,10 @@ class JointMotion {
   [[nodiscard]] const JointMove& move() const { return move_; }
   [[nodiscard]] const JointVector& end() const { return end_; }
   [[nodiscard]] double duration() const { return duration_; }
+  /// Since the start or the last change of the profiles.
+  [[nodiscard]] double time() const { return time_; }
+  /// Time that its synchronised joints decelerate at the end, at most.
+  [[nodiscard]] double deceleration_s() const;
   [[nodiscard]] bool is_planned() const { return end_.size() > 0; }
 
   /// See world/archive/archive.hpp.

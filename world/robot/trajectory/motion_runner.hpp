@@ -3,14 +3,10 @@
 #include <optional>
 #include <utility>
 
+#include "world/robot/trajectory/joint_state.hpp"
 #include "world/robot/trajectory/motion_sequence.hpp"
 
 namespace aprsim::robot {
-
-/// Positions, velocities and accelerations of all joints.
-struct JointState {
-  JointVector q, qd, qdd;
-};
 
 /// Gives the reference of each step: runs one motion, and the next one where that has come to rest.
 /// A copyable value, cheap to copy: advancing a copy predicts where the robot will be. Never

@@ -28,6 +28,15 @@ bool is_slow(const api::Command& command) {
                         std::holds_alternative<api::LoadState>(*simulation));
 }
 
+bool same_stop(const api::TrajectoryCommand& a, const api::TrajectoryCommand& b) {
+  if (a.robot != b.robot || a.action.index() != b.action.index()) return false;
+  if (const auto* stop = std::get_if<api::StopStream>(&a.action)) {
+    return stop->stream == std::get<api::StopStream>(b.action).stream;
+  }
+  return std::get<api::ReleaseMotion>(a.action).stream ==
+         std::get<api::ReleaseMotion>(b.action).stream;
+}
+
 /// Whether the later of two stops has the effect of both, regardless of their senders.
 bool same_stop(const api::Command& a, const api::Command& b) {
   if (a.body.index() != b.body.index() || !api::is_stop(a)) return false;
@@ -35,6 +44,9 @@ bool same_stop(const api::Command& a, const api::Command& b) {
     const auto& other = std::get<api::RobotCommand>(b.body);
     return robot->robot == other.robot && std::get<api::StopMotion>(robot->action).kind ==
                                               std::get<api::StopMotion>(other.action).kind;
+  }
+  if (const auto* stream = std::get_if<api::TrajectoryCommand>(&a.body)) {
+    return same_stop(*stream, std::get<api::TrajectoryCommand>(b.body));
   }
   if (const auto* belt = std::get_if<api::ConveyorCommand>(&a.body)) {
     return *belt == std::get<api::ConveyorCommand>(b.body);

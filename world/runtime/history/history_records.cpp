@@ -15,8 +15,29 @@ constexpr std::size_t kMaxSegments = 4000;
 /// Only whole segments are dropped, so the commands of one segment get this part of the memory.
 constexpr std::uint64_t kMinSegments = 8;
 
-/// Memory of a command, approximately.
+/// Memory of points and of commands, approximately.
+std::uint64_t bytes_of(const std::vector<api::TrajectoryPoint>& points) {
+  std::uint64_t bytes = 0;
+  for (const api::TrajectoryPoint& point : points) {
+    bytes += sizeof point +
+             sizeof(double) * (point.position_rad.capacity() + point.velocity_rad_s.capacity() +
+                               point.acceleration_rad_s2.capacity());
+  }
+  return bytes;
+}
+
+std::uint64_t bytes_of(const api::TrajectoryCommand& command) {
+  if (const auto* append = std::get_if<api::AppendPoints>(&command.action)) {
+    return bytes_of(append->points);
+  }
+  const auto* follow = std::get_if<api::FollowTrajectory>(&command.action);
+  return follow ? bytes_of(follow->points) : 0;
+}
+
 std::uint64_t bytes_of(const api::Command& command) {
+  if (const auto* stream = std::get_if<api::TrajectoryCommand>(&command.body)) {
+    return kCommandBytes + bytes_of(*stream);
+  }
   const auto* robot = std::get_if<api::RobotCommand>(&command.body);
   const auto* through = robot ? std::get_if<api::MoveThroughTo>(&robot->action) : nullptr;
   return kCommandBytes + (through ? through->waypoints.capacity() * sizeof(api::Waypoint) : 0);

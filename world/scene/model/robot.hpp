@@ -6,6 +6,7 @@
 
 #include "world/api/values/pose.hpp"
 #include "world/api/values/wire_joint.hpp"
+#include "world/scene/model/servers.hpp"
 #include "world/scene/model/vision.hpp"
 
 /// A robot of a scene and what it carries. SI.
@@ -96,6 +97,7 @@ struct Robot {
   /// gripper above.
   std::optional<std::string> tool;
   Vision vision;
+  std::optional<SimpleMessageServers> simple_message;  ///< none = its controller has none
 };
 
 }  // namespace aprsim::scene

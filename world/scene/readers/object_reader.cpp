@@ -8,6 +8,7 @@
 #include "world/scene/readers/crcl_joint_reader.hpp"
 #include "world/scene/readers/light_curtain_reader.hpp"
 #include "world/scene/readers/reading.hpp"
+#include "world/scene/readers/server_reader.hpp"
 #include "world/scene/readers/tool_reader.hpp"
 #include "world/scene/readers/vision_reader.hpp"
 
@@ -58,7 +59,7 @@ class ObjectReader {
     const yaml::Map keys =
         node.map({"name", "type", "base", "crcl_frame", "crcl_tool_point", "crcl_joints",
                   "crcl_out_of_range", "gripper_names", "home_deg", "self_collision",
-                  "tool_changer", "tool", "vision"});
+                  "tool_changer", "tool", "vision", "servers"});
     Robot robot;
     if (const Robot* type = read_reference(keys["type"], "robot type", types_.robots)) {
       robot = *type;
@@ -90,6 +91,7 @@ class ObjectReader {
     robot.changer = read_tool_changer(keys["tool_changer"]);
     mount(keys["tool"], robot);
     robot.vision = read_vision(keys["vision"]);
+    robot.simple_message = read_servers(keys["servers"], robot.home_rad.size());
     scene_.robots.push_back(std::move(robot));
   }
 

@@ -1,6 +1,6 @@
 // The pendant of one robot: its state, joints, tool and gripper.
 import {ActionKind, type Pose, type RobotDescription, type RobotState} from '../protocol';
-import {kNotReady} from '../robot_status';
+import {commanderOf, kNotReady} from '../robot_status';
 import type {State} from '../state';
 import type {CellView} from '../scene/cell_view';
 import type {Access} from './access';
@@ -338,6 +338,12 @@ export class RobotPanel {
       robot.action?.ticket
         ? `${kCommands[robot.action.kind] ?? '?'} (no. ${robot.action.ticket})`
         : 'none'
+    );
+    const alarm = robot.motion?.alarm ?? '';
+    this.facts.set(
+      'commander',
+      alarm ? `none, ${units.inText(alarm)}` : commanderOf(robot.motion),
+      alarm ? 'bad' : ''
     );
     const f = robot.toolForceN;
     this.facts.set('tool force', f ? `${Math.hypot(f.x, f.y, f.z).toFixed(1)} N` : '–');

@@ -94,10 +94,14 @@ export class Toolbar {
       'header',
       {class: 'toolbar'},
       h(
-        'a',
-        {class: 'brand', href: '#', 'aria-label': 'aprsim, first view'},
-        h('img', {src: 'icon.svg', alt: '', width: 26, height: 26}),
-        h('strong', {}, 'aprsim')
+        'h1',
+        {},
+        h(
+          'a',
+          {class: 'brand', href: '#', 'aria-label': 'aprsim, first view'},
+          h('img', {src: 'icon.svg', alt: '', width: 26, height: 26}),
+          h('strong', {}, 'aprsim')
+        )
       ),
       this.scene,
       this.connection,

@@ -24,6 +24,16 @@ interface Row {
 
 const decoder = new TextDecoder();
 
+/** Head of a column; the arrows' one has its meaning in words. */
+const heading = (text: string) =>
+  text === '⇄'
+    ? h(
+        'th',
+        {scope: 'col', title: '→ from the client, ← to the client', 'aria-label': 'direction'},
+        text
+      )
+    : h('th', {scope: 'col'}, text);
+
 export class TrafficPanel {
   readonly element = h('div', {class: 'panel traffic'});
   private readonly body: HTMLElement;
@@ -63,8 +73,8 @@ export class TrafficPanel {
     this.body = h('tbody', {'data-testid': `${wire}-rows`});
     this.quiet = h('input', {type: 'checkbox', checked: crcl, 'data-testid': `${wire}-quiet`});
     const heads = crcl
-      ? ['time', '', 'from', 'type, id', 'state', 'ms']
-      : ['time', '', 'function', 'registers', 'ms'];
+      ? ['time', '⇄', 'from', 'type, id', 'state', 'ms']
+      : ['time', '⇄', 'function', 'registers', 'ms'];
     this.filter.addEventListener('input', () => this.draw());
     this.source.addEventListener('change', () => this.draw());
     this.quiet.addEventListener('change', () => {
@@ -110,7 +120,7 @@ export class TrafficPanel {
           h(
             'table',
             {class: 'events'},
-            h('thead', {}, h('tr', {}, ...heads.map((t) => h('th', {scope: 'col'}, t)))),
+            h('thead', {}, h('tr', {}, ...heads.map(heading))),
             this.body
           )
         ),

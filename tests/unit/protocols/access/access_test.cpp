@@ -91,11 +91,28 @@ TEST_F(AccessOfTokens, ExpireAndAreRemovedAlsoUnderAConnection) {
 TEST_F(AccessOfTokens, LimitWrongOnesOfAnAddress) {
   for (int i = 0; i < 5; ++i) EXPECT_EQ(call("guess").problem, Problem::kWrongToken);
   EXPECT_EQ(call("guess").problem, Problem::kTooManyAttempts);
-  EXPECT_EQ(call("another").problem, Problem::kTooManyAttempts);
   EXPECT_EQ(access.refusal(call("guess"), "it", Role::kView)->kind, Kind::kTooManyAttempts);
   EXPECT_EQ(call("guess", "10.0.0.2").problem, Problem::kWrongToken) << "another address";
   clock += 6s;
   EXPECT_EQ(call("guess").problem, Problem::kWrongToken);
+}
+
+/// Behind one address there may be many programs.
+TEST_F(AccessOfTokens, LimitEachWrongOneByItself) {
+  for (int i = 0; i < 100; ++i) (void)call("stale");
+  EXPECT_EQ(call("stale").problem, Problem::kTooManyAttempts);
+  EXPECT_EQ(call("typing error").problem, Problem::kWrongToken);
+  EXPECT_EQ(call("right-token").problem, Problem::kNone);
+}
+
+TEST_F(AccessOfTokens, LimitTheNumberOfDifferentOnes) {
+  int tried = 0;
+  for (int i = 0; i < 1000; ++i) {
+    if (call("guess-" + std::to_string(i)).problem == Problem::kWrongToken) ++tried;
+  }
+  EXPECT_EQ(tried, 5);
+  clock += 6s;
+  EXPECT_EQ(call("another").problem, Problem::kWrongToken);
 }
 
 TEST_F(AccessOfTokens, NeverLimitARightOne) {

@@ -50,6 +50,22 @@ TEST_F(Report, NumbersHaveTheDigitsThatCarryMeaning) {
   has("<ZAxis><I>0</I><J>0</J><K>-1</K></ZAxis>");
 }
 
+TEST_F(Report, NamesTheCommanderOfAStreamedMotion) {
+  TestClient client(port_);
+  const crcl::Status before = client.status();
+  EXPECT_EQ(before.command.description, std::nullopt);
+  world_.publish([](api::Snapshot& next) {
+    next.robots[0].motion.source = api::MotionSource::kStream;
+    next.robots[0].motion.commander = "driver 10.0.0.2:4312";
+  });
+  const crcl::Status during = client.status();
+  EXPECT_EQ(during.command.description,
+            "driver 10.0.0.2:4312 has the robot by a stream of motions");
+  EXPECT_EQ(during.command.state, before.command.state);
+  world_.publish([](api::Snapshot& next) { next.robots[0].motion = {}; });
+  EXPECT_EQ(client.status().command.description, std::nullopt);
+}
+
 TEST_F(Report, UnitsBelongToTheConnection) {
   TestClient client(port_);
   TestClient other(port_);

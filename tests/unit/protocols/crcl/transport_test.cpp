@@ -114,6 +114,27 @@ TEST_F(Transport, ADocumentThatIsTooLargeEndsTheConnection) {
   EXPECT_NE(status.description->find("65536 bytes"), std::string::npos);
 }
 
+/// The limit of one document times the number of connections would be more than a daemon has.
+TEST_F(Transport, UnfinishedDocumentsAreBoundedTogether) {
+  CrclServerOptions options;
+  options.max_unfinished_bytes = 500'000;
+  start(options);
+  const auto begun = [](std::size_t bytes) { return "<CRCLProgram>" + std::string(bytes, ' '); };
+  TestClient small(port_), middle(port_), large(port_);
+  small.send(begun(100'000));
+  middle.send(begun(150'000));
+  large.send(begun(400'000));
+  large.expect_closed();
+  TestClient other(port_);
+  other.status();
+  wait_for_open(3);
+  // The others' documents are complete later and are read.
+  for (TestClient* client : {&small, &middle}) {
+    client->send("</CRCLProgram>");
+    client->status();  // throws where the connection is closed
+  }
+}
+
 TEST_F(Transport, AFloodIsAnsweredInFull) {
   CrclServerOptions options;
   options.write_timeout = std::chrono::minutes(1);  // a busy machine's client reads slowly

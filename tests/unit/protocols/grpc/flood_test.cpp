@@ -2,6 +2,7 @@
 
 #include <grpcpp/client_context.h>
 
+#include "protocols/grpc/calls/unread_answers.hpp"
 #include "tests/support/http2_frames.hpp"
 #include "tests/support/tcp_socket.hpp"
 #include "tests/unit/protocols/grpc/telemetry_fixture.hpp"
@@ -142,6 +143,73 @@ TEST_F(Flooded, AClientThatTakesNothingIsClosed) {
 TEST_F(Flooded, ManyHonestCallsPass) {
   start();
   for (int i = 0; i < 3000; ++i) ASSERT_TRUE(answers(*telemetry_)) << i;
+}
+
+/// A client that lets the server send no data: its window is 0 (RFC 9113, section 6.9.2).
+class SilentReader {
+ public:
+  explicit SilentReader(std::uint16_t port) : socket_(port) {
+    socket_.send(http2::kPreface +
+                 http2::frame(http2::kSettings, 0, 0, std::string_view("\0\4\0\0\0\0", 6)));
+  }
+  void call(std::uint32_t stream) {
+    socket_.send(http2::open_call(stream) + http2::frame(http2::kData, http2::kEndStream, stream,
+                                                         std::string_view("\0\0\0\0\0", 5)));
+  }
+  /// Waits for the server to reset so many streams.
+  bool is_reset(std::size_t streams) {
+    const auto deadline = TcpSocket::Clock::now() + 10s;
+    while (resets() < streams) {
+      if (!socket_.readable(deadline)) return false;
+      const std::string some = socket_.receive(deadline);
+      if (some.empty()) return false;
+      said_ += some;
+    }
+    return true;
+  }
+
+ private:
+  [[nodiscard]] std::size_t resets() const {
+    std::size_t count = 0;
+    for (std::size_t at = 0; at + 9 <= said_.size();) {
+      const auto byte = [&](std::size_t i) {
+        return static_cast<std::size_t>(static_cast<unsigned char>(said_[at + i]));
+      };
+      if (byte(3) == http2::kRstStream) ++count;
+      at += 9 + (byte(0) << 16U | byte(1) << 8U | byte(2));
+    }
+    return count;
+  }
+
+  TcpSocket socket_;
+  std::string said_;
+};
+
+TEST_F(Flooded, AnswersThatNobodyReadsAreBounded) {
+  grpc_server::TelemetryOptions options;
+  options.max_unread_bytes = 10 * grpc_server::UnreadAnswers::kCallBytes;
+  start(options);
+  v1::GetCellResponse cell;
+  grpc::ClientContext context;
+  ASSERT_TRUE(telemetry_->GetCell(&context, {}, &cell).ok());
+  const std::size_t fit =
+      options.max_unread_bytes / (cell.ByteSizeLong() + grpc_server::UnreadAnswers::kCallBytes);
+  constexpr std::size_t kCalls = 30;
+  ASSERT_LT(fit, kCalls);
+  SilentReader attacker(port_);
+  for (std::uint32_t i = 0; i < kCalls; ++i) attacker.call(2 * i + 1);
+  EXPECT_TRUE(attacker.is_reset(kCalls - fit));
+  EXPECT_TRUE(answers(*telemetry_));
+}
+
+TEST_F(Flooded, AnAnswerThatNobodyReadsEndsItsCall) {
+  grpc_server::TelemetryOptions options;
+  options.write_timeout = 50ms;
+  start(options);
+  SilentReader attacker(port_);
+  attacker.call(1);
+  EXPECT_TRUE(attacker.is_reset(1));
+  EXPECT_TRUE(answers(*telemetry_));
 }
 
 }  // namespace

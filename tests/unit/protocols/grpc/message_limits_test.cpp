@@ -84,7 +84,7 @@ TEST_F(MessageLimits, UploadsAreBoundedEachAndTogether) {
   NoFiles files;
   grpc_server::TelemetryOptions options;
   options.state_files = &files;
-  options.uploads = {.file_bytes = 100'000, .all_bytes = 150'000, .time = 20s};
+  options.transfers = {.file_bytes = 100'000, .all_bytes = 150'000, .time = 20s};
   start(options);
   {
     Upload large(*control_);
@@ -103,7 +103,7 @@ TEST_F(MessageLimits, UploadsAreBoundedEachAndTogether) {
     const grpc::Status statuses[] = {first.finish(), second.finish()};
     int together = 0;
     for (const grpc::Status& status : statuses) {
-      if (status.error_message().find("all uploads together") != std::string::npos ||
+      if (status.error_message().find("all files on their way together") != std::string::npos ||
           status.error_message().find("more than 100000") != std::string::npos) {
         ++together;
       }
@@ -117,11 +117,69 @@ TEST_F(MessageLimits, UploadsAreBoundedEachAndTogether) {
   EXPECT_EQ(files.bytes_.load(), 30'000U);
 }
 
+/// Has one file of this size.
+class OneFile final : public protocols::StateFiles {
+ public:
+  explicit OneFile(std::size_t bytes) : bytes_(bytes) {}
+  [[nodiscard]] Result<std::string> write(const std::string&, const api::StatePtr&) override {
+    return std::string(bytes_, 'x');
+  }
+  [[nodiscard]] Result<Read> read(std::string) override {
+    return fail(ErrorCode::kUnavailable, "file", "none");
+  }
+
+ private:
+  std::size_t bytes_;
+};
+
+/// One download; nothing is read before finish().
+struct Download {
+  explicit Download(v1::ControlService::Stub& control) {
+    context.set_deadline(std::chrono::system_clock::now() + 20s);
+    v1::ExportStateRequest request;
+    request.set_name("saved");
+    reader = control.ExportState(&context, request);
+    reader->WaitForInitialMetadata();
+  }
+  grpc::Status finish() {
+    v1::ExportStateResponse response;
+    while (reader->Read(&response)) bytes += response.data().size();
+    return reader->Finish();
+  }
+  grpc::ClientContext context;
+  std::unique_ptr<grpc::ClientReader<v1::ExportStateResponse>> reader;
+  std::size_t bytes = 0;
+};
+
+TEST_F(MessageLimits, DownloadsAreBoundedTogether) {
+  constexpr std::size_t kBytes = 500'000;  // more than flow control sends at once
+  OneFile files(kBytes);
+  grpc_server::TelemetryOptions options;
+  options.state_files = &files;
+  options.transfers.all_bytes = 3 * kBytes / 2;
+  start(options);
+  // The state itself is never read.
+  auto saved = std::make_shared<api::SavedStates>();
+  saved->states.push_back({.name = "saved"});
+  saved->states.back().state =
+      api::StatePtr(std::shared_ptr<void>(), reinterpret_cast<const world::WorldState*>(&files));
+  cell_->publish([&](api::Snapshot& now) { now.saved_states = saved; });
+  Download first(*control_), second(*control_);
+  const grpc::Status refused = second.finish();
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_NE(refused.error_message().find("all files on their way"), std::string::npos)
+      << refused.error_message();
+  EXPECT_TRUE(first.finish().ok());
+  EXPECT_EQ(first.bytes, kBytes);
+  // The share of a finished one is free again once its call has ended at the server.
+  EXPECT_TRUE(eventually([&] { return Download(*control_).finish().ok(); }));
+}
+
 TEST_F(MessageLimits, AnUploadThatIsNotCompleteInTimeEnds) {
   NoFiles files;
   grpc_server::TelemetryOptions options;
   options.state_files = &files;
-  options.uploads.time = 50ms;
+  options.transfers.time = 50ms;
   start(options);
   Upload silent(*control_), begun(*control_);
   ASSERT_TRUE(begun.send(10));

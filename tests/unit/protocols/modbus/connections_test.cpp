@@ -287,7 +287,7 @@ TEST_F(Connections, StoppingHasADeadline) {
   ASSERT_TRUE(eventually([&] { return cell_.commands().size() == 1; }));
   const auto begin = std::chrono::steady_clock::now();
   server_->stop();
-  EXPECT_LT(std::chrono::steady_clock::now() - begin, 5s);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 30s) << "not the apply deadline";
   EXPECT_TRUE(writer.ended());
 }
 

@@ -103,6 +103,23 @@ TEST_F(ListenerTest, AStopIsConfirmedWithoutAStep) {
   EXPECT_EQ(server_->stats().exceptions, 0U);
 }
 
+/// Its connection executes one request after the other.
+TEST_F(ListenerTest, AStopDoesNotWaitForTheWriteBeforeIt) {
+  start({.apply_deadline = 60s});
+  cell_.hold();
+  RawClient client(port_);
+  const Bytes stop = adu(pdu(5, {0x8002, 0xFF00}), 3);
+  Bytes bytes = adu(pdu(6, {0x8000, 1}), 1);
+  for (const Bytes& more : {adu(pdu(3, {0x8000, 1}), 2), stop}) {
+    bytes.insert(bytes.end(), more.begin(), more.end());
+  }
+  client.send(bytes);
+  EXPECT_EQ(client.receive(), adu({0x86, 4}, 1)) << "it is not confirmed";
+  EXPECT_EQ(client.receive().value()[7], 3);
+  EXPECT_EQ(client.receive(), stop);
+  ASSERT_EQ(cell_.commands().size(), 2U) << "in their order";
+}
+
 TEST_F(ListenerTest, AStopIsServedBeyondTheRateOfRequests) {
   start({.max_requests_per_s = 1});
   RawClient client(port_);

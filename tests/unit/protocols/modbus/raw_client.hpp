@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "tests/support/eventually.hpp"
+#include "tests/support/patience.hpp"
 #include "tests/support/tcp_socket.hpp"
 #include "tests/unit/modbus/bytes.hpp"
 
@@ -25,9 +26,9 @@ class RawClient : public test::TcpSocket {
     return TcpSocket::send_some(text(bytes)).value_or(0);
   }
   /// One whole reply, or nothing when the connection ends or the time is up.
-  std::optional<Bytes> receive(std::chrono::milliseconds within = 5s);
+  std::optional<Bytes> receive(std::chrono::milliseconds within = 5s * test::kPatience);
   /// One request and its reply.
-  std::optional<Bytes> ask(const Bytes& frame, std::chrono::milliseconds within = 5s);
+  std::optional<Bytes> ask(const Bytes& frame, std::chrono::milliseconds within = 5s * test::kPatience);
 
  private:
   static std::string_view text(const Bytes& bytes) {

@@ -302,6 +302,18 @@ TEST_F(Jog, AStepThatTheRobotRefusesEndsAllAndLeavesItReady) {
   EXPECT_TRUE(std::holds_alternative<api::InitRobot>(action(1)));
 }
 
+TEST_F(Jog, ARobotWithAnotherCommanderIsNotJogged) {
+  RawWebClient client(port);
+  (void)client.upgrade();
+  world.publish([](api::Snapshot& s) {
+    s.robots[1].motion.source = api::MotionSource::kStream;
+    s.robots[1].motion.commander = "driver";
+  });
+  EXPECT_EQ(client.ask(joint(0)).message(),
+            "driver has the robot by a stream of motions: stop it first.");
+  EXPECT_TRUE(world.commands().empty());
+}
+
 TEST_F(Jog, AProtectiveStopInAStepIsHeld) {
   RawWebClient client(port);
   (void)client.upgrade();

@@ -223,6 +223,16 @@ TEST(Config, FreesThePortsOfAllListeners) {
   EXPECT_EQ(config.crcl.ports.at("third"), 0);
   EXPECT_EQ(config.vision.ports.at("fanuc"), 0);
   EXPECT_EQ(config.modbus.port + config.grpc.port + config.web.port, 0);
+  EXPECT_TRUE(config.simple_message.free_ports);
+}
+
+TEST(Config, PortsOfSimpleMessageAreThoseOfTheSceneUnlessToldOtherwise) {
+  const auto config = load_config("", {{"simple_message.state.fanuc", "11003"}});
+  ASSERT_TRUE(config.has_value()) << config.error().message;
+  EXPECT_FALSE(config->simple_message.free_ports);
+  EXPECT_EQ(config->simple_message.state.at("fanuc"), 11003);
+  EXPECT_TRUE(read_config(to_yaml(*config)).has_value());
+  EXPECT_TRUE(load_config("", {{"simple_message.ports", "free"}})->simple_message.free_ports);
 }
 
 TEST(Config, FindsKeysOfRobotsThatAreNotThere) {

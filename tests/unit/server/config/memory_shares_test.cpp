@@ -25,9 +25,9 @@ TEST(MemoryShares, FitIntoTheirLimit) {
     ASSERT_TRUE(shares) << max_mb << ": " << shares.error().message;
     EXPECT_EQ(shares->total, std::stoull(max_mb) * kMb);
     EXPECT_LE(sum(*shares), shares->total) << max_mb;
-    EXPECT_LE(
-        shares->grpc + shares->backlogs + shares->transfers + shares->crcl_tap + shares->modbus_tap,
-        shares->clients)
+    EXPECT_LE(shares->grpc + shares->backlogs + shares->answers + shares->transfers +
+                  shares->pages + shares->documents + shares->crcl_tap + shares->modbus_tap,
+              shares->clients)
         << max_mb;
     EXPECT_GE(shares->journal_ring, 16 * kMb) << max_mb;
     EXPECT_GE(shares->history, 16 * kMb) << max_mb;

@@ -62,6 +62,29 @@ std::vector<api::RobotAction> every_action() {
           api::SetMotionLimit{api::MotionLimit::kRotAccel, false, 1}};
 }
 
+std::vector<api::TrajectoryAction> every_trajectory_action() {
+  const api::TrajectoryPoint plain{std::chrono::nanoseconds(1), {kThird, -1}};
+  const api::TrajectoryPoint full{std::chrono::hours(4), {1, 2}, {kThird, 0}, {1e-300, -2}};
+  return {api::ClaimMotion{"driver", api::StreamMode::kTimed},
+          api::ClaimMotion{"driver", api::StreamMode::kMoves, true, 12},
+          api::AppendPoints{7, true, {plain, full}},
+          api::AppendPoints{7},
+          api::AppendMove{7, {kThird, 2}, 0.2, 0.5, 3},
+          api::StopStream{7},
+          api::PauseStream{7, true},
+          api::PauseStream{7, false},
+          api::ReleaseMotion{7, true},
+          api::FollowTrajectory{"driver"},
+          api::FollowTrajectory{.commander = "driver",
+                                .joint_names = {"a", "b"},
+                                .points = {plain, full},
+                                .start = std::chrono::nanoseconds(0),
+                                .path_tolerance = {{kThird, 0}, {0, 1}},
+                                .goal_tolerance = {{0.5, 0.25}},
+                                .reset = true,
+                                .goal_time_tolerance = std::chrono::milliseconds(1500)}};
+}
+
 std::vector<decltype(api::Command::body)> every_body() {
   std::vector<decltype(api::Command::body)> all;
   for (auto& action : every_action()) all.push_back(api::RobotCommand{1, std::move(action)});
@@ -74,6 +97,9 @@ std::vector<decltype(api::Command::body)> every_body() {
                      .error_on_trigger = kind % 3 == 1,
                      .label = "guard " + std::to_string(kind)};
     all.push_back(api::RobotCommand{0, api::InitRobot{}, {guard, guard}});
+  }
+  for (auto& action : every_trajectory_action()) {
+    all.push_back(api::TrajectoryCommand{1, std::move(action)});
   }
   all.push_back(api::ConveyorCommand{});
   all.push_back(api::ConveyorCommand{.run = false,
@@ -150,6 +176,7 @@ TEST(CommandMessage, EveryCommandComesBackBitForBit) {
   EXPECT_EQ(kinds.size(), std::variant_size_v<api::RobotAction> +
                               std::variant_size_v<api::FaultCommand> +
                               std::variant_size_v<api::SimulationCommand> +
+                              std::variant_size_v<api::TrajectoryAction> +
                               std::variant_size_v<api::SceneCommand> + 2);
 }
 

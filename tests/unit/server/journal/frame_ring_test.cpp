@@ -46,6 +46,21 @@ TEST(FrameRing, KeepsAsMuchTimeAsItIsTold) {
   EXPECT_EQ(joined(ring.last(1000, 300)), "BCde");
 }
 
+TEST(FrameRing, CountsDroppedFramesUntilTheirReadersAreDone) {
+  FrameRing ring(1000, 10);
+  ring.add(frame("AAAA", 0, true));
+  std::vector<FrameBytes> read = ring.last(1000, 0);
+  ring.add(frame("BBBB", 1, true));
+  ring.add(frame("CCCC", 2, true));
+  // A is dropped and still held, so that B has no room either.
+  EXPECT_EQ(joined(ring.last(1000, 2)), "CCCC");
+  EXPECT_EQ(ring.bytes(), 8U);
+  read.clear();
+  EXPECT_EQ(ring.bytes(), 4U);
+  ring.add(frame("DDDD", 3, true));
+  EXPECT_EQ(joined(ring.last(1000, 3)), "CCCCDDDD");
+}
+
 TEST(FrameRing, TakesNoMoreMemoryThanItMay) {
   FrameRing ring(1000, 10);
   ring.add(frame("AAAA", 0, true));

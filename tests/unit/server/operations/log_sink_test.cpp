@@ -76,7 +76,7 @@ TEST_F(LogSinkTest, GivesUpAtItsDeadline) {
   sink_->give_up_at(began + 100ms);
   for (int i = 0; i < kMany; ++i) logger_->info(std::string(1000, 'x'));
   EXPECT_GE(LogSink::Clock::now() - began, 100ms);
-  EXPECT_LT(LogSink::Clock::now() - began, 5s);
+  EXPECT_LT(LogSink::Clock::now() - began, 60s);
   // Lost lines are reported when there is a reader again.
   read_some();
   logger_->info("again");

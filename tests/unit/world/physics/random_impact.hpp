@@ -9,7 +9,7 @@ struct ImpactOutcome {
   bool touched = false;
   double energy_ratio = 1;    ///< greatest kinetic energy in any step over that before
   double momentum_error = 0;  ///< relative to the sum of the bodies' momenta
-  /// Of the angular momentum about the common centre of mass, relative to the sum of the bodies'.
+  /// The same of the angular momentum about the common centre of mass, relative to the sum of the bodies'.
   double angular_momentum_error = 0;
 };
 

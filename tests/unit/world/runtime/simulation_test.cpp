@@ -135,6 +135,10 @@ TEST_F(SimulationTest, ALoadedStateGoesOnWhereItWasSaved) {
   EXPECT_EQ(loaded->cell->seed, saved->cell->seed);
   EXPECT_EQ(command(api::LoadState{"elsewhere"})->epoch, loaded->epoch);
   EXPECT_FALSE(simulation.submit({.body = api::SimulationCommand(api::SaveState{""})}));
+  // A list has a line for each.
+  for (const char* name : {"two\nlines", "\x1b]0;title\x07"}) {
+    EXPECT_FALSE(simulation.submit({.body = api::SimulationCommand(api::SaveState{name})})) << name;
+  }
 }
 
 /// The sender of a failed command can distinguish it from an executed one.

@@ -31,6 +31,10 @@ TEST_F(SentScene, ReadsNoFileOfTheMachine) {
       EXPECT_EQ(scene.error().message.find("sesame"), std::string::npos) << scene.error().message;
       EXPECT_NE(scene.error().message.find("that comes with the daemon"), std::string::npos)
           << scene.error().message;
+      EXPECT_NE(scene.error().message.find("scene text:"), std::string::npos)
+          << scene.error().message;
+      EXPECT_EQ(scene.error().message.find(directory_ + "/sent.yaml"), std::string::npos)
+          << scene.error().message;
       const auto recorded =
           read_recorded(text, directory_ + "/sent.yaml", default_data_paths(), {});
       EXPECT_FALSE(recorded.has_value()) << text;

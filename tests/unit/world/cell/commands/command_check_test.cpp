@@ -27,6 +27,54 @@ std::string error_of(api::RobotAction action, int robot = 0) {
   return ok ? "" : ok.error().message;
 }
 
+std::string error_of_stream(api::TrajectoryAction action, int robot = 0) {
+  const auto ok =
+      checked({.endpoint = 0, .body = api::TrajectoryCommand{robot, std::move(action)}});
+  return ok ? "" : ok.error().message;
+}
+
+TEST(CommandCheck, RefusesStreamsThatMakeNoSense) {
+  EXPECT_EQ(error_of_stream(api::ClaimMotion{"driver"}), "");
+  EXPECT_EQ(error_of_stream(api::ClaimMotion{"driver"}, 1),
+            "robot 1 does not exist; the cell has 1");
+  EXPECT_EQ(error_of_stream(api::ClaimMotion{""}),
+            "a name of 0 bytes, must be UTF-8 text of 1 to 128");
+  EXPECT_EQ(error_of_stream(api::ClaimMotion{std::string(129, 'a')}),
+            "a name of 129 bytes, must be UTF-8 text of 1 to 128");
+  EXPECT_NE(error_of_stream(api::ClaimMotion{"\xff"}), "");
+  for (std::vector<double> api::TrajectoryPoint::*field :
+       {&api::TrajectoryPoint::position_rad, &api::TrajectoryPoint::velocity_rad_s,
+        &api::TrajectoryPoint::acceleration_rad_s2}) {
+    api::TrajectoryPoint point;
+    point.*field = {0, kNan};
+    EXPECT_NE(error_of_stream(api::AppendPoints{1, true, {point}}).find("not a finite number"),
+              std::string::npos);
+    EXPECT_NE(error_of_stream(api::FollowTrajectory{.commander = "a", .points = {point}}), "");
+  }
+  const std::vector<api::TrajectoryPoint> many(api::kMaxTrajectoryPoints + 1);
+  EXPECT_EQ(error_of_stream(api::AppendPoints{1, true, many}),
+            "there are 4001 points, the limit is 4000");
+  EXPECT_EQ(error_of_stream(api::AppendMove{1, {0}, 0.2, 0.5}), "");
+  EXPECT_NE(error_of_stream(api::AppendMove{1, {kNan}}), "");
+  EXPECT_NE(error_of_stream(api::AppendMove{1, {0}, 0}), "");
+  EXPECT_NE(error_of_stream(api::AppendMove{1, {0}, 1.1}), "");
+  EXPECT_NE(error_of_stream(api::AppendMove{1, {0}, 1, -0.1}), "");
+  EXPECT_NE(error_of_stream(api::AppendMove{1, {0}, 1, kNan}), "");
+  EXPECT_EQ(error_of_stream(api::AppendMove{1, {0}, 1, 0, 17}), "17 moves, must be 1 to 16");
+  const auto goal = [](auto change) {
+    api::FollowTrajectory out{.commander = "a"};
+    change(out);
+    return error_of_stream(out);
+  };
+  EXPECT_EQ(goal([](auto& g) { g.goal_time_tolerance = std::chrono::seconds(1); }), "");
+  EXPECT_NE(goal([](auto& g) { g.goal_time_tolerance = std::chrono::seconds(-1); }), "");
+  EXPECT_NE(goal([](auto& g) { g.path_tolerance = {{-1, 0}}; }), "");
+  EXPECT_NE(goal([](auto& g) { g.goal_tolerance = {{0, kNan}}; }), "");
+  EXPECT_NE(goal([](auto& g) { g.goal_tolerance.resize(8); }), "");
+  EXPECT_NE(goal([](auto& g) { g.joint_names.assign(8, "a"); }), "");
+  EXPECT_NE(goal([](auto& g) { g.joint_names = {"\xff"}; }), "");
+}
+
 TEST(CommandCheck, RefusesWhatIsNotThere) {
   EXPECT_EQ(error_of(api::InitRobot{}), "");
   EXPECT_EQ(error_of(api::InitRobot{}, 1), "robot 1 does not exist; the cell has 1");

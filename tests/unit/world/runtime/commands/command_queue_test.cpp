@@ -67,6 +67,25 @@ TEST(CommandQueue, AFullQueueTakesStops) {
 }
 
 /// Settings that come with a stop make no two stops different enough to fill the queue.
+TEST(CommandQueue, AFullQueueTakesStopsOfStreams) {
+  CommandQueue queue(1);
+  const auto push = [&](const api::TrajectoryAction& action) {
+    return queue.push({1, api::TrajectoryCommand{0, action}});
+  };
+  // The endpoint's own places are full, too.
+  while (push(api::AppendPoints{1})) {
+  }
+  EXPECT_TRUE(push(api::StopStream{1}));
+  EXPECT_TRUE(push(api::StopStream{2}));
+  EXPECT_TRUE(push(api::ReleaseMotion{1}));
+  EXPECT_FALSE(push(api::ReleaseMotion{1, true}));
+  EXPECT_FALSE(push(api::ClaimMotion{"a"}));
+  const std::size_t before = queue.size();
+  EXPECT_TRUE(push(api::StopStream{1}));
+  EXPECT_TRUE(push(api::ReleaseMotion{1}));
+  EXPECT_EQ(queue.size(), before) << "the same stops are merged";
+}
+
 TEST(CommandQueue, AStopOfTheBeltIsTakenBehindAFloodOfOthers) {
   CommandQueue queue(4);
   for (int i = 0; i < 4; ++i) ASSERT_TRUE(queue.push(resume()));

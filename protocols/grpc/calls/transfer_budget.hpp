@@ -5,10 +5,10 @@
 
 namespace aprsim::grpc_server {
 
-/// Memory that all uploads of files take together. Thread: any.
-class UploadBudget {
+/// Memory that all files on their way take together, in both directions. Thread: any.
+class TransferBudget {
  public:
-  explicit UploadBudget(std::size_t bytes) : left_(bytes) {}
+  explicit TransferBudget(std::size_t bytes) : max_(bytes), left_(bytes) {}
 
   /// False if less is left; nothing is taken then.
   [[nodiscard]] bool take(std::size_t bytes) {
@@ -19,8 +19,10 @@ class UploadBudget {
     return true;
   }
   void give_back(std::size_t bytes) { left_.fetch_add(bytes, std::memory_order_relaxed); }
+  [[nodiscard]] std::size_t max_bytes() const { return max_; }
 
  private:
+  const std::size_t max_;
   std::atomic<std::size_t> left_;
 };
 

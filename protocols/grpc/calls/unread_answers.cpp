@@ -1,0 +1,109 @@
+#include "protocols/grpc/calls/unread_answers.hpp"
+
+#include <utility>
+
+#include <grpcpp/server_context.h>
+#include <grpcpp/support/byte_buffer.h>
+#include <grpcpp/support/interceptor.h>
+
+namespace aprsim::grpc_server {
+namespace {
+
+using grpc::experimental::InterceptionHookPoints;
+
+/// gRPC offers it on the two kinds of contexts, and not on their base.
+void cancel_call(grpc::ServerContextBase& context) {
+  if (const auto* callback = dynamic_cast<grpc::CallbackServerContext*>(&context)) {
+    callback->TryCancel();
+  } else if (const auto* other = dynamic_cast<grpc::ServerContext*>(&context)) {
+    other->TryCancel();
+  }
+}
+
+/// Counts the messages of one call, of which gRPC sends one at a time.
+class Holding final : public grpc::experimental::Interceptor {
+ public:
+  Holding(UnreadAnswers& answers, grpc::ServerContextBase& context)
+      : answers_(answers), context_(context) {}
+  ~Holding() override { answers_.remove(number_); }
+
+  void Intercept(grpc::experimental::InterceptorBatchMethods* methods) override {
+    if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_MESSAGE)) {
+      const grpc::ByteBuffer* message = methods->GetSerializedSendMessage();
+      answers_.remove(number_);
+      number_ = message == nullptr ? 0
+                                   : answers_.add([&context = context_] { cancel_call(context); },
+                                                  message->Length() + UnreadAnswers::kCallBytes);
+    }
+    if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::POST_SEND_MESSAGE)) {
+      answers_.remove(std::exchange(number_, 0));
+    }
+    methods->Proceed();
+  }
+
+ private:
+  UnreadAnswers& answers_;
+  grpc::ServerContextBase& context_;
+  std::uint64_t number_ = 0;
+};
+
+class HoldingFactory final : public grpc::experimental::ServerInterceptorFactoryInterface {
+ public:
+  explicit HoldingFactory(UnreadAnswers& answers) : answers_(answers) {}
+  grpc::experimental::Interceptor* CreateServerInterceptor(
+      grpc::experimental::ServerRpcInfo* info) override {
+    // gRPC takes it over.
+    return new Holding(answers_, *info->server_context());
+  }
+
+ private:
+  UnreadAnswers& answers_;
+};
+
+}  // namespace
+
+std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>
+UnreadAnswers::interceptor() {
+  return std::make_unique<HoldingFactory>(*this);
+}
+
+std::uint64_t UnreadAnswers::add(std::function<void()> cancel, std::size_t bytes) {
+  const std::lock_guard lock(mutex_);
+  bytes_ += bytes;
+  // The newest message stays: most clients read it at once.
+  for (auto& [number, message] : messages_) {
+    if (bytes_ <= max_bytes_) break;
+    give_up(message);
+  }
+  messages_[++last_number_] = {std::move(cancel), bytes, Clock::now()};
+  return last_number_;
+}
+
+void UnreadAnswers::remove(std::uint64_t number) {
+  const std::lock_guard lock(mutex_);
+  const auto found = messages_.find(number);
+  if (found == messages_.end()) return;
+  if (!found->second.cancelled) bytes_ -= found->second.bytes;
+  messages_.erase(found);
+}
+
+void UnreadAnswers::cancel_stuck(Clock::time_point now) {
+  const std::lock_guard lock(mutex_);
+  for (auto& [number, message] : messages_) {
+    if (now - message.since < timeout_) break;
+    give_up(message);
+  }
+}
+
+void UnreadAnswers::give_up(Message& message) {
+  if (std::exchange(message.cancelled, true)) return;
+  bytes_ -= message.bytes;
+  message.cancel();
+}
+
+std::size_t UnreadAnswers::bytes() const {
+  const std::lock_guard lock(mutex_);
+  return bytes_;
+}
+
+}  // namespace aprsim::grpc_server
