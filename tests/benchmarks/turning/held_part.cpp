@@ -12,7 +12,7 @@ using Eigen::Vector3d;
 constexpr double kHeight = 1;                          // of the gripped gear's tool tip [m]
 constexpr double kGearBelowTip = 0.0095;               // origin of a gear gripped by its peg [m]
 constexpr double kDepth = 0.025, kCupOverPart = 5e-4;  // [m]
-constexpr double kLift = 0.1;                          // [m]
+constexpr double kLift = 0.5;  // so high that nothing turns into the stand [m]
 
 /// A box whose top face is at a height.
 void add_stand(scene::Scene& scene, double top_m, double width_m) {
@@ -136,7 +136,7 @@ HeldPart::HeldPart(const Setting& setting) : bench_(scene_of(setting)) {
   if (setting.grasp == Grasp::kCup) bench_.move({0, 0, -1.6 * kCupOverPart}, 0.1);
   bench_.world->set_gripper(0, 0);
   rest(0.5);
-  bench_.move({0, 0, kLift}, 0.5);
+  bench_.move({0, 0, kLift}, 1);
   rest(0.3);
 }
 
