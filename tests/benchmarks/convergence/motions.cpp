@@ -143,9 +143,10 @@ Vector3d SpinningMotion::simulated(double step_s) const {
   return {angle, 0, 0};
 }
 
-/// Even pressure over the face has a torque of 2/3 mu N R, half m R^2 is the moment of inertia.
+/// The model presses with the rim of a face, with a torque of mu N R; half m R^2 is the moment of
+/// inertia.
 Vector3d SpinningMotion::closed_form() const {
-  const double decel = 4.0 / 3 * friction_ * kGravity / radius_m_;
+  const double decel = 2 * friction_ * kGravity / radius_m_;
   const double seconds = std::min(kSpins, rate_rad_s_ / decel);
   return {rate_rad_s_ * seconds - 0.5 * decel * seconds * seconds, 0, 0};
 }
