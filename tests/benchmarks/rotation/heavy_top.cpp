@@ -114,7 +114,8 @@ Top random_top(std::mt19937_64& engine) {
   top.disc_height_m = between(0.004, 0.01);
   top.point_m = between(0.015, 0.03);
   top.mass_kg = between(0.02, 0.1);
-  top.tilt_rad = between(0.1, 0.4);
+  // The disc stays clear of the table.
+  top.tilt_rad = between(0.1, 0.6 * std::atan(top.point_m / top.disc_radius_m));
   top.spin_rad_s = (unit(engine) < 0.5 ? -1 : 1) * between(100, 200);
   top.heading_rad = between(0, 2 * std::numbers::pi);
   return top;
