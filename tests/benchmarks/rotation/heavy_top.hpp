@@ -25,7 +25,7 @@ struct Top {
 /// Errors after a time, against the integrated equations of a symmetric top.
 struct TopErrors {
   double tilt_rad = 0, precession_rad = 0;  ///< at the end, integrated
-  double tilt = 0;        ///< greatest difference in any step over the greatest tilt
+  double tilt = 0;        ///< of the least and the greatest in the last second, over the latter
   double precession = 0;  ///< difference at the end over the way
   double point_m = 0;     ///< greatest distance of the point from where it stood
 };

@@ -102,8 +102,8 @@ int run(int argc, char** argv) {
       "0.4 rad, spins at 100 to 200 rad/s on a plate for 10 s. It starts in regular precession, or "
       "with spin alone, so that it nods. Friction 1 keeps the point where it stands; without "
       "friction the centre of mass moves along the vertical alone. Equations of the symmetric top, "
-      "integrated in steps of 50 us. Tilt: greatest difference in any step over the greatest tilt; "
-      "precession: difference after 10 s over the way.");
+      "integrated in steps of 50 us. Tilt: difference of the least and of the greatest tilt in the "
+      "last second, over the latter; precession: difference after 10 s over the way.");
   return experiment.finish();
 }
 
