@@ -59,6 +59,11 @@ void compare_trays(Experiment& experiment) {
     };
     const TrayRun off = run("off", scene::Simplification::kOff);
     const TrayRun joints = run("virtual_joints", scene::Simplification::kVirtualJoints);
+    if (setting.step_ms == 1 && setting.friction_factor == 1) {
+      const double ratio = joints.real_time_factor / off.real_time_factor;
+      experiment.record({"engines.table1." + setting.engine.key + ".virtual_joints_over_off", ratio,
+                         "x", "off", ratio});
+    }
     contradictions += setting.engine.is_ode() && joints.delta_settled_m >= off.delta_settled_m;
     if (setting.engine.is_ode()) continue;
     static_cast<void>(run("dormant", scene::Simplification::kDormant));
