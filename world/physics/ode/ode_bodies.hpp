@@ -18,6 +18,8 @@ struct OdeDestroy {
   }
 };
 using OdeWorld = std::unique_ptr<dxWorld, OdeDestroy<dWorldDestroy>>;
+using OdeThreading =
+    std::unique_ptr<dxThreadingImplementation, OdeDestroy<dThreadingFreeImplementation>>;
 using OdeJointGroup = std::unique_ptr<dxJointGroup, OdeDestroy<dJointGroupDestroy>>;
 
 [[nodiscard]] inline Eigen::Vector3d from_ode(const dReal* v) { return {v[0], v[1], v[2]}; }

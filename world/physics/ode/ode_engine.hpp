@@ -16,7 +16,8 @@ namespace aprsim::physics {
 /// All state is in the RigidBodies; ODE's objects are set anew in each solve. dWorldQuickStep draws
 /// the order of its constraints at random. Its seed is one for the whole process: it is set from
 /// the number of the step, under a lock that engines in other threads wait for. dWorldStep draws
-/// nothing and takes no lock.
+/// nothing and takes no lock. Each engine has a queue of jobs of its own, since ODE's default one
+/// is shared and unguarded.
 ///
 /// A solve that ODE cannot end, or whose result is not a number, counts as not converged, and its
 /// bodies move freely in that step. ODE allocates in a step.
@@ -60,6 +61,7 @@ class OdeEngine final : public Engine {
   void read_forces();
 
   scene::OdeSettings settings_;
+  OdeThreading threading_;
   OdeWorld world_;
   OdeJointGroup joints_;
   OdeBodies bodies_;  // destroyed before the world
