@@ -44,7 +44,7 @@ Shake shake(const ShakeCase& c) {
   hand.move({0, 0, kLift}, 0.5);
   hand.run(50);
   Shake result;
-  // By its place: an iterative engine may chatter so that no sensor would call it held.
+  // Its place decides: an iterative engine may chatter so that no sensor would call it held.
   result.held_at_start = (hand.X_TB("g").translation() - gripped_T).norm() < kDropped;
   if (!result.held_at_start) {
     result.dropped = true;
