@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <ranges>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -42,7 +41,11 @@ class CommandHistory {
     std::size_t first = 0;
     for (std::size_t end = count_; first < end;) {
       const std::size_t middle = first + (end - first) / 2;
-      at(middle).submission.ticket < ticket ? first = middle + 1 : end = middle;
+      if (at(middle).submission.ticket < ticket) {
+        first = middle + 1;
+      } else {
+        end = middle;
+      }
     }
     return first < count_ && at(first).submission.ticket == ticket ? &at(first) : nullptr;
   }
