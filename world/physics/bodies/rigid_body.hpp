@@ -86,7 +86,7 @@ class RigidBody {
   [[nodiscard]] const Eigen::Vector3d& force_W() const { return force_W_; }
   [[nodiscard]] const Eigen::Vector3d& torque_W() const { return torque_W_; }
 
-  /// Index in the ConstraintSystem that is being set up, -1 = in none.
+  /// Index in the engine that is being set up, -1 = in none.
   void set_system_index(int index) { system_index_ = index; }
   [[nodiscard]] int system_index() const { return system_index_; }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "world/physics/bodies/free_rotation.hpp"
+#include "world/physics/constraint/joint_rows.hpp"
 
 namespace aprsim::physics {
 namespace {
@@ -50,10 +51,10 @@ Vector3d omega_of(const RigidBody& body, const Vector3d& momentum_W) {
 
 }  // namespace
 
-void ConstraintSystem::begin(double step_s, const Eigen::Vector3d& gravity_W, double residual_m_s) {
-  step_s_ = step_s;
-  gravity_W_ = gravity_W;
-  parameters_.relaxed_tolerance_m_s = residual_m_s;
+void ConstraintSystem::begin(const EngineStep& step) {
+  step_s_ = step.step_s;
+  gravity_W_ = step.gravity_W;
+  parameters_.relaxed_tolerance_m_s = step.residual_m_s;
   forces_.clear();
   contacts_.clear();
   rebounds_ = false;
@@ -124,7 +125,7 @@ double ConstraintSystem::drift_of(const RowSide& side, int number) const {
 }
 
 void ConstraintSystem::add_row(const RowSide& a, const RowSide& b, double target_m_s,
-                               double compliance, double lo_n, double hi_n, RowForce& force) {
+                               double compliance, double lo_n, double hi_n, JointForce& force) {
   const ContactProblem::Side side_a = side(a), side_b = side(b);
   // Forces become impulses by the factor h, and ODE-style CFM [m/s per N] becomes velocity per
   // impulse.
@@ -135,12 +136,8 @@ void ConstraintSystem::add_row(const RowSide& a, const RowSide& b, double target
 }
 
 void ConstraintSystem::add_joint_row(const RowSide& a, const RowSide& b, double target_m_s,
-                                     double compliance, RowForce& force) {
+                                     double compliance, JointForce& force) {
   add_row(a, b, target_m_s, compliance, -ContactProblem::kNoBound, ContactProblem::kNoBound, force);
-}
-
-ConstraintSystem::Sides ConstraintSystem::sides(RigidBody* a, RigidBody* b) {
-  return {index_of(a), index_of(b)};
 }
 
 /// The solver finds the velocities that the impulses leave at the start of the step. A free body's
@@ -163,8 +160,17 @@ Vector3d ConstraintSystem::drift_of(const Contact& contact) const {
   return drift + (contact.constraint->contact.carried ? arc : tangential(arc, n));
 }
 
-void ConstraintSystem::add_contact(ContactConstraint& constraint, const Sides& sides,
-                                   const ContactResponse& response) {
+void ConstraintSystem::add_joint(const FixedJoint& joint) { add_rows(joint, *this); }
+void ConstraintSystem::add_joint(const SliderJoint& joint) { add_rows(joint, *this); }
+void ConstraintSystem::add_joint(const HingeJoint& joint) { add_rows(joint, *this); }
+void ConstraintSystem::add_joint(const RodJoint& joint) { add_rows(joint, *this); }
+
+void ConstraintSystem::add_contact(RigidBody* a, RigidBody* b, ContactConstraint& constraint,
+                                   const ContactSetting& setting) {
+  const int number_a = index_of(a);
+  const Sides sides{number_a, index_of(b)};
+  const ContactResponse response = contact_response(constraint, setting);
+  constraint.impact_m2_s2 = response.unanswered_m2_s2;
   const Vector3d& n = constraint.contact.n_W;
   constraint.creep_W = tangential(constraint.creep_W, n);
   Contact& contact = contacts_.emplace_back();
@@ -195,7 +201,7 @@ void ConstraintSystem::add_contact(ContactConstraint& constraint, const Sides& s
                                  step_s_ * constraint.torque_guess_W.change}});
 }
 
-ContactSolver::Outcome ConstraintSystem::advance() {
+EngineOutcome ConstraintSystem::advance() {
   // Semi-implicit Euler (Stewart & Trinkle 1996): the impulses and the velocities that they leave
   // first, then the motion over the step.
   auto outcome = solve();
@@ -224,7 +230,9 @@ ContactSolver::Outcome ConstraintSystem::advance() {
     members_[i].body->set_system_index(-1);
   }
   members_.clear();
-  return outcome;
+  return {.converged = outcome.converged,
+          .iterations = outcome.newton_steps,
+          .residual_m_s = outcome.residual_m_s};
 }
 
 void ConstraintSystem::take_solved_rotations() {
