@@ -68,6 +68,7 @@ class ConstraintSystem final : public Engine {
     RigidBody* body = nullptr;
     bool moves = false;  ///< by the solution
     bool turns = false;  ///< enough to matter within the step
+    bool spins = false;  ///< so fast that its motion must be known, not expected
     /// Behind the impulses, and its mean over the step: as expected, then as solved.
     Eigen::Vector3d omega_W, mean_omega_W;
   };
@@ -79,6 +80,7 @@ class ConstraintSystem final : public Engine {
     ContactConstraint* constraint = nullptr;
     Sides sides;
     Eigen::Vector3d target_v_W;    ///< without the rebound
+    Eigen::Vector3d drift_v_W;     ///< that the target makes up for
     Eigen::Vector3d surface_v_W;   ///< of a moving surface
     double compliance_m_s_ns = 0;  ///< slip velocity per friction impulse
     double rebound_m_s = 0;
@@ -95,6 +97,8 @@ class ConstraintSystem final : public Engine {
   [[nodiscard]] double drift_of(const RowSide& side, int number) const;
   [[nodiscard]] Eigen::Vector3d drift_of(const Contact& contact) const;
   [[nodiscard]] ContactSolver::Outcome solve();
+  void take_solved_rotations();
+  [[nodiscard]] bool correct_targets();
   [[nodiscard]] ContactSolver::Outcome solve_with_share(double share);
   [[nodiscard]] Work contact_work() const;
   void update_creep(const Contact& contact, const Eigen::Vector3d& impulse_ns) const;

@@ -207,7 +207,7 @@ class SpeculativeSweep {
       // earlier, and has been detected there.
       const bool late = max_new_depth_m > 0 && (contact.depth_m > max_new_depth_m || depth_now > 0);
       contact.depth_m = depth_now;
-      contact.p_W = present_place(contact.n_W, contact.p_W - shift_W, p_now);
+      place(contact, shift_W, p_now);
       if (!late && depth_now > kDeepAtPresentPose && !exists_now(contact)) {
         if (!entered || depth_now < entered->depth_m) entered = contact;
       } else if (!late && is_new(contact, known)) {
@@ -220,18 +220,19 @@ class SpeculativeSweep {
     out_.push_back(*entered);
   }
 
-  /// Where a contact of the displaced body acts at the present pose: at the place relative to the
+  /// Places a contact of the displaced body at the present pose: at the place relative to the
   /// body's centre, since a round body rolls on, or at the point of the body, such as a corner. The
-  /// contact of the present pose tells which; without one, the former.
-  [[nodiscard]] Eigen::Vector3d present_place(const Eigen::Vector3d& n_W,
-                                              const Eigen::Vector3d& rolled_W,
-                                              const Eigen::Vector3d& carried_W) {
-    constexpr double kSame = 1e-7;  // [m]
-    if ((rolled_W - carried_W).squaredNorm() < kSame * kSame) return rolled_W;
-    const Contact* now = current().nearest(carried_W, n_W);
-    const bool carried = now != nullptr &&
-                         (now->p_W - carried_W).squaredNorm() < (now->p_W - rolled_W).squaredNorm();
-    return carried ? carried_W : rolled_W;
+  /// contact of the present pose tells which. It is asked for only where the body turns fast; there
+  /// the places are so far apart that tops would nod and fall.
+  void place(Contact& contact, const Eigen::Vector3d& shift_W, const Eigen::Vector3d& carried_W) {
+    constexpr double kFastTurn = 0.02;  // [rad] of a step
+    const Eigen::Vector3d rolled_W = contact.p_W - shift_W;
+    contact.p_W = rolled_W;
+    if (displacement_.rotation_W.norm() < kFastTurn * displacement_.steps) return;
+    const Contact* now = current().nearest(carried_W, contact.n_W);
+    if (now == nullptr) return;
+    contact.carried = (now->p_W - carried_W).squaredNorm() < (now->p_W - rolled_W).squaredNorm();
+    if (contact.carried) contact.p_W = carried_W;
   }
 
   /// Not a duplicate of the contacts before this substep.
