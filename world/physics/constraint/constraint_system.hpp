@@ -6,11 +6,11 @@
 
 #include "world/physics/bodies/contact_constraint.hpp"
 #include "world/physics/bodies/rigid_body.hpp"
-#include "world/physics/engine/contact_material.hpp"
 #include "world/physics/constraint/contact_problem.hpp"
 #include "world/physics/constraint/contact_solver.hpp"
 #include "world/physics/constraint/contact_solver_parameters.hpp"
 #include "world/physics/constraint/contact_solver_statistics.hpp"
+#include "world/physics/engine/contact_material.hpp"
 #include "world/physics/engine/engine.hpp"
 
 namespace aprsim::physics {
