@@ -31,7 +31,7 @@ const std::vector<Kind> kKinds = {
     {"sliding", "m", [](auto& engine) { return std::make_unique<SlidingMotion>(engine); }},
     {"spinning", "rad", [](auto& engine) { return std::make_unique<SpinningMotion>(engine); }}};
 
-/// By step: the root of the mean square of the errors against the closed form, and of the
+/// For each step: the root of the mean square of the errors against the closed form, and of the
 /// differences from half the step.
 struct Errors {
   std::vector<double> closed, halved;

@@ -30,7 +30,7 @@ void add_gear_in_fingers(scene::Scene& scene, scene::PadShape pad) {
   add_stand(scene, gear.p.z() - scene.gear_types.at("medium").hub_height_m, 0.2);
 }
 
-/// A tray over the edges of its stand, and a level hand on one of its edges.
+/// A tray over the edges of its stand, and a level gripper at one of its edges.
 void add_tray_in_fingers(scene::Scene& scene) {
   physics::test::add_tray(scene, "part", "small4", {0, 0}, {});
   add_stand(scene, 0, 0.1);

@@ -396,7 +396,7 @@ void ConstraintSystem::move(const Member& member, const SolverBody& solved) cons
   body.set_orientation(rotation_by(step_s_ * member.mean_omega_W) * body.q_WB());
   const Vector3d omega_W = changes ? omega_of(body, momentum_W) : member.omega_W;
   body.set_velocity(v_W, omega_W);
-  // What omega lacks by rounding is kept, so that nothing adds up over many steps.
+  // The rounding error of omega is kept, so that nothing adds up over many steps.
   if (changes) body.set_momentum_residue(momentum_W - inertia_in_world(body) * omega_W);
   if (body.is_ballistic()) body.set_omega_gain(gain_W);
 }
