@@ -10,6 +10,7 @@ import cell as cells
 from crcl_robot import CrclRobot, RobotError
 from geometry import XY, distance_to_box, wrapped
 from report import Report
+from ros_robot import RosRobot
 from vision import Camera
 from zones import Space
 
@@ -55,7 +56,7 @@ class Arm:
         self,
         cell: cells.Cell,
         robot: cells.Robot,
-        crcl: CrclRobot,
+        crcl: CrclRobot | RosRobot,
         camera: Camera,
         space: Space,
         report: Report,

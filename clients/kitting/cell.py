@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from geometry import XY, Pose2, distance, inside
+from kinematics import Chain, Joint
 
 
 class CellError(Exception):
@@ -47,6 +48,17 @@ class Surface:
 
 
 @dataclass(frozen=True)
+class RosWires:
+    controller: str  # fanuc_karel or motoman_fs100
+    chain: Chain
+    ports: dict[str, int]  # motion, state, gripper
+
+    def with_ports(self, robot: str, ports: dict[str, int]) -> RosWires:
+        own = {what: ports.get(f"{what}.{robot}", port) for what, port in self.ports.items()}
+        return replace(self, ports=own)
+
+
+@dataclass(frozen=True)
 class Robot:
     name: str
     host: str
@@ -62,6 +74,7 @@ class Robot:
     closed_mm: float
     calibration: Path | None
     curtain: str | None  # name of the light curtain's sensor
+    ros: RosWires | None = None  # the wires of ROS 2 controllers
 
     @property
     def frame(self) -> Pose2:
@@ -109,13 +122,14 @@ class Cell:
 
     def with_endpoints(self, host: str, ports: dict[str, int]) -> Cell:
         """The same cell at another host, or with the ports of a daemon's ports file: crcl.ROBOT,
-        vision.ROBOT, modbus."""
+        vision.ROBOT, motion.ROBOT, state.ROBOT, gripper.ROBOT, modbus."""
         robots = {
             name: replace(
                 robot,
                 host=host,
                 crcl_port=ports.get("crcl." + name, robot.crcl_port),
                 vision_port=ports.get("vision." + name, robot.vision_port),
+                ros=robot.ros and robot.ros.with_ports(name, ports),
             )
             for name, robot in self.robots.items()
         }
@@ -253,7 +267,36 @@ def _robot(table: _Table, path: Path) -> Robot:
         closed_mm=gripper.number("closed_mm"),
         calibration=calibration,
         curtain=table.get("curtain_sensor", str) if "curtain_sensor" in table.values else None,
+        ros=_ros_wires(table.table("simple_message"), path)
+        if "simple_message" in table.values
+        else None,
     )
+
+
+def _ros_wires(table: _Table, path: Path) -> RosWires:
+    controller = table.get("controller", str)
+    if controller not in ("fanuc_karel", "motoman_fs100"):
+        raise table.fail("controller", "fanuc_karel or motoman_fs100")
+    arms_path = path.parent / table.get("arms", str)
+    arms = _Table(arms_path, "", _load(arms_path))
+    ports = {what: table.get(what, int) for what in ("motion", "state", "gripper")}
+    return RosWires(controller, _chain(arms.table(table.get("arm", str))), ports)
+
+
+def _chain(table: _Table) -> Chain:
+    joints = []
+    for row in table.rows("joints"):
+        low, high = (math.radians(angle) for angle in row.numbers("range", 2))
+        offset, axis = row.numbers("offset_m", 3), row.numbers("axis", 3)
+        speed = math.radians(row.number("speed"))
+        joints.append(
+            Joint((offset[0], offset[1], offset[2]), (axis[0], axis[1], axis[2]), low, high, speed)
+        )
+    tool = table.numbers("tool_m", 3)
+    x, y, z = (table.numbers("tool_" + axis, 3) for axis in "xyz")
+    # The axes are columns.
+    axes = tuple((x[i], y[i], z[i]) for i in range(3))
+    return Chain(tuple(joints), (tool[0], tool[1], tool[2]), (axes[0], axes[1], axes[2]))
 
 
 def _surface(table: _Table) -> Surface:

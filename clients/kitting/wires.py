@@ -13,9 +13,10 @@ from typing import Callable, Mapping, Sequence
 
 from blind import BlindCamera, BlindRobot
 from calibration import Correction
-from cell import Cell, Robot
+from cell import Cell, CellError, Robot
 from clock import Clock, PollClock
 from crcl_robot import CrclRobot, RobotLost
+from ros_robot import ROBOTS, RosRobot
 from vision import Camera, DetectionError
 
 DONE, INCOMPLETE, USAGE, NO_CONNECTION, INTERRUPTED = 0, 1, 2, 3, 130
@@ -30,7 +31,45 @@ def host_of(text: str) -> str:
     return inside
 
 
-Wires = dict[str, tuple[CrclRobot, Camera]]
+Wires = dict[str, tuple[CrclRobot | RosRobot, Camera]]
+
+
+CRCL, SIMPLE_MESSAGE = "crcl", "simple-message"
+
+
+def wires_of(robot: str, given: str) -> str:
+    """The wires of a robot by the argument of --wires: common to all, or ROBOT=WIRES of some. Raises
+    CellError."""
+    found = CRCL
+    for part in given.split(","):
+        name, equals, wires = part.rpartition("=")
+        if wires not in (CRCL, SIMPLE_MESSAGE):
+            raise CellError(f"--wires: '{wires}': {CRCL} or {SIMPLE_MESSAGE} is expected")
+        if not equals or name == robot:
+            found = wires
+    return found
+
+
+def connection_to(
+    robot: Robot, options: argparse.Namespace, clock: Clock
+) -> CrclRobot | RosRobot:
+    # In virtual time an answer may wait for other clients.
+    answer_s = 3600.0 if clock.counts_polls else 5.0
+    limit_s = options.move_limit
+    if wires_of(robot.name, options.wires) == SIMPLE_MESSAGE:
+        assert robot.ros is not None
+        return ROBOTS[robot.ros.controller](
+            robot, robot.ros, clock=clock, answer_s=answer_s, move_limit_s=limit_s
+        )
+    return (BlindRobot if options.blind else CrclRobot)(
+        robot.name,
+        robot.host,
+        robot.crcl_port,
+        clock=clock,
+        answer_s=answer_s,
+        move_limit_s=limit_s,
+        curtain=robot.curtain,
+    )
 
 
 def open_wires(
@@ -42,16 +81,7 @@ def open_wires(
 ) -> Wires:
     wires: Wires = {}
     for robot in robots:
-        crcl = (BlindRobot if options.blind else CrclRobot)(
-            robot.name,
-            robot.host,
-            robot.crcl_port,
-            clock=clock,
-            # In virtual time an answer may wait for other clients.
-            answer_s=3600.0 if clock.counts_polls else 5.0,
-            move_limit_s=options.move_limit,
-            curtain=robot.curtain,
-        )
+        crcl = connection_to(robot, options, clock)
         correction = corrections.get(robot.name, Correction())
         camera = (BlindCamera if options.blind else Camera)(
             robot.host, robot.vision_port, robot.frame, correction, clock=clock

@@ -72,6 +72,7 @@ class Worker(threading.Thread):
         self._scene: Scene | None = None  # of the latest detection, until an action invalidates it
         self._trays: list[TrayView] = []  # as last seen
         self._repeated_detections = 0
+        self._held: str | None = None  # type of the part taken last, for arms without a sensor
         self._carried: dict[XY, bool] = {}  # expected occupancy of places that parts were moved from or to
         self.board.set_up(arm.name, False)
 
@@ -384,6 +385,7 @@ class Worker(threading.Thread):
         trial = self._misses(xy)
         arm.log("take", f"takes {transfer.part.type} at ({xy[0]:.0f}, {xy[1]:.0f})", trial=trial)
         others = [p.xy for p in scene.parts if p is not transfer.part]
+        self._held = transfer.part.type
         # The detected pose of the part; its slot has play.
         result = take_part(
             arm, transfer.part.xy, transfer.source_tray.type.thickness_mm, others, trial
@@ -474,6 +476,8 @@ class Worker(threading.Thread):
     def _weighed(self) -> str:
         """The type of the held part by its weight."""
         mass = self.arm.weigh()
+        if mass is None and self._held is not None:
+            return self._held
         gears = self.arm.cell.gears.values()
         nearest = min(gears, key=lambda g: abs(g.mass_g - (mass or 0)))
         others = [abs(g.mass_g - nearest.mass_g) for g in gears if g is not nearest]

@@ -29,6 +29,9 @@ constexpr std::size_t kMaxDelayedBytes = std::size_t{512} * 1024;
 constexpr int kStateBufferBytes = 8 * 1024, kReplyBufferBytes = 64 * 1024;
 /// Bytes that tell a browser's request from a length.
 constexpr std::size_t kJudgedBytes = 4;
+/// A request of a pacer that cannot be taken yet is offered again after this time of the cell;
+/// while the cell is paused, after the other one of the wall.
+constexpr std::chrono::milliseconds kOfferPeriod{1}, kPausedPeriod{10};
 
 /// The length states one word too many.
 void falsify_length(std::string& message, ByteOrder order) {
@@ -52,7 +55,9 @@ Connection::Connection(boost::asio::ip::tcp::socket socket, std::string listener
       delayed_(
           context.io.get_executor(),
           {[this](std::string message) { enqueue(std::move(message)); }, [this] { process(); }}),
-      write_timer_(context.io) {
+      write_timer_(context.io),
+      pause_timer_(context.io),
+      pacer_(context.options.listener.virtual_time, context.io.get_executor()) {
   const bool state = role == Role::kState;
   error_code ignored;
   socket_.set_option(
@@ -78,6 +83,7 @@ void Connection::finish(std::string_view why) {
 void Connection::close(std::string_view why, bool fault) {
   if (closed_) return;
   closed_ = true;
+  pacer_.leave();
   const std::string line = peer_ + (fault ? " dropped: " : " closed: ") + std::string(why);
   if (fault) {
     ++context_.counters.dropped;
@@ -87,6 +93,7 @@ void Connection::close(std::string_view why, bool fault) {
   }
   error_code ignored;
   write_timer_.cancel(ignored);
+  pause_timer_.cancel(ignored);
   socket_.shutdown(boost::asio::ip::tcp::socket::shutdown_both, ignored);
   socket_.close(ignored);
   delayed_.close();
@@ -111,6 +118,7 @@ void Connection::read() {
                               return self->close(error.message(), false);
                             }
                             self->ended_ = true;
+                            self->pacer_.finish();
                             self->process();
                           });
 }
@@ -139,15 +147,19 @@ void Connection::compact() {
   used_ = 0;
 }
 
+bool Connection::may_take() const {
+  return !finishing_ && !closed_ && !pacer_.waiting() && !taken_ &&
+         output_bytes() < kMaxQueuedBytes;
+}
+
 void Connection::process() {
   if (closed_) return;
   const auto keep = shared_from_this();
   int processed = 0;
-  while (processed < kRequestsPerTurn && !finishing_ && !closed_ &&
-         output_bytes() < kMaxQueuedBytes) {
+  while (processed < kRequestsPerTurn && may_take()) {
     const std::span<const std::uint8_t> rest(input_.data() + used_, size_ - used_);
     const Cut cut = cut_request(rest, framing(), context_.order);
-    if (cut.size == 0 || !context_.owner.take(*this, rest.first(cut.size), cut.known_length)) break;
+    if (cut.size == 0 || !offer(rest.first(cut.size), cut.known_length)) break;
     used_ += cut.size;
     slot_.used();
     ++processed;
@@ -164,8 +176,59 @@ void Connection::process() {
   read();
 }
 
+// ---- virtual time
+
+void Connection::join_time() {
+  const std::string& role = record_.listener();
+  if (pacer_.joined() || !pacer_.is_registered(role)) return;
+  pacer_.join({role, api::PacerKind::kClient, context_.options.listener.endpoint});
+}
+
+bool Connection::offer(std::span<const std::uint8_t> request, bool known_length) {
+  join_time();
+  if (!pacer_.joined()) return context_.owner.take(*this, request, known_length);
+  taken_ = true;
+  taken_ = context_.owner.take(*this, request, known_length);
+  if (closed_) return taken_;
+  ask_for_time(taken_ ? pacer_.poll_period() +
+                            protocols::injected_delay(*context_.source.latest(),
+                                                      faults::Kind::kSimpleMessageDelay,
+                                                      context_.options.robot)
+                      : SimTime(kOfferPeriod));
+  return taken_;
+}
+
+void Connection::ask_for_time(SimTime span) {
+  asked_step_ = context_.source.latest()->step;
+  pacer_.after(span, [weak = weak_from_this()] {
+    if (const auto self = weak.lock()) self->on_time();
+  });
+}
+
+void Connection::on_time() {
+  if (closed_) return;
+  context_.owner.time_passed();
+  if (closed_) return;
+  const bool waits = !taken_ || context_.owner.owes(*this);
+  if (!waits || context_.source.latest()->step != asked_step_) return go_on();
+  // A paused cell grants time that does not pass.
+  pause_timer_.expires_after(kPausedPeriod);
+  pause_timer_.async_wait([weak = weak_from_this()](const error_code& cancelled) {
+    const auto self = weak.lock();
+    if (!cancelled && self && !self->closed_ && !self->pacer_.waiting()) self->go_on();
+  });
+}
+
+/// After the time that was asked for: offers the request again, waits for its reply, or sends that.
+void Connection::go_on() {
+  if (taken_ && context_.owner.owes(*this)) return ask_for_time(SimTime(kOfferPeriod));
+  taken_ = false;
+  for (std::string& message : std::exchange(held_, {})) send(std::move(message), true);
+  process();
+}
+
 bool Connection::close_if_finished() {
-  if (!queue_.empty() || !delayed_.empty()) return false;
+  if (!queue_.empty() || !delayed_.empty() || pacer_.waiting() || !held_.empty()) return false;
   if (finishing_) {
     close(finish_why_, false);
   } else if (ended_ && !scheduled_ && !context_.owner.owes(*this)) {
@@ -193,6 +256,14 @@ void Connection::send_state(std::string message) {
   send(std::move(message), false);
 }
 
+void Connection::reply(std::string message) {
+  if (pacer_.joined() && taken_) {
+    held_.push_back(std::move(message));
+  } else {
+    send(std::move(message), true);
+  }
+}
+
 void Connection::send(std::string message, bool reply) {
   if (closed_) return;
   const api::SnapshotPtr now = context_.source.latest();
@@ -204,7 +275,10 @@ void Connection::send(std::string message, bool reply) {
     falsify_length(message, context_.order);
   }
   record_.sent(message, reply);
-  const auto delay = protocols::injected_delay(*now, faults::Kind::kSimpleMessageDelay, robot);
+  // A client that paces has waited for it in the cell's time.
+  const auto delay =
+      pacer_.joined() ? std::chrono::nanoseconds(0)
+                      : protocols::injected_delay(*now, faults::Kind::kSimpleMessageDelay, robot);
   if (!delayed_.must_wait(delay)) return enqueue(std::move(message));
   const std::size_t size = message.size();
   delayed_.add(std::move(message), size, delay, shared_from_this());
@@ -240,7 +314,9 @@ void Connection::on_written(const error_code& error) {
   queued_bytes_ -= queue_.front().size();
   queue_.pop_front();
   write();
-  if (queue_.empty()) process();
+  if (!queue_.empty()) return;
+  context_.owner.written(*this);
+  process();
 }
 
 }  // namespace aprsim::simple_message

@@ -18,6 +18,7 @@ class ConnectionRecord {
   void request(std::string_view bytes, std::string_view fault);
   /// A message that goes out; a reply to the latest request if `reply`.
   void sent(std::string_view bytes, bool reply);
+  [[nodiscard]] const std::string& listener() const { return listener_; }
   void closed(std::string_view why) { trace_.closed(why); }
 
  private:

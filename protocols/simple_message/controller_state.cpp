@@ -59,6 +59,11 @@ Joints to_wire(ControllerKind kind, std::span<const double> joints) {
   return wire;
 }
 
+Joints measured_to_wire(ControllerKind kind, std::span<const double> joints) {
+  if (kind != ControllerKind::kMotomanFs100) return to_wire(kind, joints);
+  return to_wire(kind, on_whole_pulses(JointVector(joints.begin(), joints.end())));
+}
+
 JointVector from_wire(ControllerKind kind, const Joints& wire, std::size_t count) {
   JointVector joints(wire.begin(),
                      wire.begin() + static_cast<std::ptrdiff_t>(std::min(count, wire.size())));
@@ -80,7 +85,7 @@ ControllerState state_of(const api::Snapshot& snapshot, int robot, ControllerKin
     state.reference_rad.push_back(now.motion.reference_rad[i]);
     speeds.push_back(now.joints[i].velocity_rad_s);
   }
-  state.position = to_wire(kind, state.measured_rad);
+  state.position = measured_to_wire(kind, state.measured_rad);
   state.velocity = to_wire(kind, speeds);
   const bool failing = drive_fails(snapshot, robot);
   // A broken curtain that has stopped the robot is the controller's external emergency stop.
@@ -107,6 +112,14 @@ std::vector<std::int64_t> pulses_of(std::span<const double> joints_rad) {
     pulses.push_back(static_cast<std::int64_t>(joints_rad[i] * kPulsesPerRad[i]));
   }
   return pulses;
+}
+
+JointVector on_whole_pulses(JointVector joints_rad) {
+  const std::vector<std::int64_t> pulses = pulses_of(joints_rad);
+  for (std::size_t i = 0; i < pulses.size(); ++i) {
+    joints_rad[i] = static_cast<double>(pulses[i]) / kPulsesPerRad[i];
+  }
+  return joints_rad;
 }
 
 bool within_pulses(std::span<const double> a_rad, std::span<const double> b_rad,

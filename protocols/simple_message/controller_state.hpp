@@ -20,6 +20,8 @@ using JointVector = std::vector<double>;
 /// The controller's joints from the model's: the Fanuc counts its third joint against the
 /// horizontal. The Motoman's wire has S L E U R B T, as the model.
 [[nodiscard]] Joints to_wire(ControllerKind kind, std::span<const double> joints);
+/// Measured joints as the controller reports them: the Motoman's encoders count whole pulses.
+[[nodiscard]] Joints measured_to_wire(ControllerKind kind, std::span<const double> joints);
 /// The model's joints from the first `count` of the wire.
 [[nodiscard]] JointVector from_wire(ControllerKind kind, const Joints& wire, std::size_t count);
 
@@ -43,6 +45,8 @@ struct ControllerState {
 /// The Motoman's encoders: whole pulses of each axis, truncated as MotoROS does, in the order S L E
 /// U R B T.
 [[nodiscard]] std::vector<std::int64_t> pulses_of(std::span<const double> joints_rad);
+/// The angles of these pulses: a commanded position as the Motoman keeps it.
+[[nodiscard]] JointVector on_whole_pulses(JointVector joints_rad);
 /// Whether each axis of `a` is within `limit` pulses of `b`.
 [[nodiscard]] bool within_pulses(std::span<const double> a_rad, std::span<const double> b_rad,
                                  std::int64_t limit);

@@ -35,6 +35,10 @@ class ConnectionOwner {
   [[nodiscard]] virtual bool owes(const Connection& connection) const = 0;
   /// It has closed.
   virtual void ended(Connection& connection) = 0;
+  /// All of its messages have been sent.
+  virtual void written(Connection& connection) = 0;
+  /// Virtual time has come to the instant that a connection has asked for.
+  virtual void time_passed() = 0;
 };
 
 /// Everything that the connections of one robot share. Thread: the listener's.

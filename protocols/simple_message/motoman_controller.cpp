@@ -88,7 +88,9 @@ void MotomanController::motion_gone(Connection& connection) {
   connected_ = false;
   if (owes(connection)) pending_.reset();
   queue_.drop_waiting();
-  pause_timer_.expires_after(kPauseDelay);
+  // In virtual time nothing may depend on the wall's.
+  const bool is_virtual = context_.options.listener.virtual_time != nullptr;
+  pause_timer_.expires_after(is_virtual ? std::chrono::milliseconds(0) : kPauseDelay);
   pause_timer_.async_wait([this](const boost::system::error_code& cancelled) {
     if (cancelled || connected_ || stream_ == 0 || queue_.empty(*link_.latest())) return;
     paused_ = link_.submit(api::PauseStream{stream_, true}).has_value();
@@ -132,7 +134,6 @@ Subcode MotomanController::not_ready_reason(const api::Snapshot& now) {
 std::vector<std::string> MotomanController::states() {
   const api::SnapshotPtr now = link_.latest();
   const bool ready = is_ready(*now);
-  if (stream_ != 0) queue_.advance(*now);
   const ControllerState state = link_.state(*now, stream_);
   const bool lags = !within_pulses(state.measured_rad, state.reference_rad, kStartPulses);
   const bool queued = stream_ != 0 && !queue_.empty(*now);
@@ -307,7 +308,7 @@ std::pair<MotionResult, Subcode> MotomanController::add(const Point& point,
     queue_.begin(time_ms);
     return {MotionResult::kSuccess, Subcode::kNone};
   }
-  const auto added = queue_.add(time_ms, std::move(position),
+  const auto added = queue_.add(time_ms, on_whole_pulses(std::move(position)),
                                 from_wire(ControllerKind::kMotomanFs100, point.velocity, count));
   if (added) return {MotionResult::kSuccess, Subcode::kNone};
   context_.log.warn("a point is not taken: " + added.error().message);

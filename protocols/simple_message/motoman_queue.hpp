@@ -41,8 +41,8 @@ class MotomanQueue {
   /// ignored. Error: the cell takes no commands now.
   [[nodiscard]] Result<void> add(std::int64_t time_ms, JointVector position_rad,
                                  JointVector velocity_rad_s);
-  /// Whether points wait for the robot to stand.
-  [[nodiscard]] bool waits() const { return !waiting_.empty(); }
+  /// Whether points wait for the robot to stand, or may come to wait for that.
+  [[nodiscard]] bool waits() const { return !waiting_.empty() || !handed_.empty(); }
   /// Hands over points that have waited for the robot to stand.
   void advance(const api::Snapshot& now);
 

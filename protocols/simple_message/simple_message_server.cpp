@@ -5,9 +5,11 @@
 #include <utility>
 #include <vector>
 
+#include <boost/asio/post.hpp>
 #include <spdlog/spdlog.h>
 
 #include "protocols/net/tcp_service.hpp"
+#include "protocols/net/time_pacer.hpp"
 #include "protocols/ports/wire_faults.hpp"
 #include "protocols/simple_message/fanuc_controller.hpp"
 #include "protocols/simple_message/motoman_controller.hpp"
@@ -48,6 +50,8 @@ class SimpleMessageServer::Impl final : public ConnectionOwner {
                                        make(Role::kGripper))),
         context_{service_.io(), options_, source, log_, counters_, *this, ByteOrder::kBig},
         drops_(faults::Kind::kSimpleMessageDrop, options_.robot),
+        cell_pacer_(options_.listener.virtual_time, service_.io().get_executor()),
+        state_pacer_(options_.listener.virtual_time, service_.io().get_executor()),
         cell_timer_(service_.io()),
         state_timer_(service_.io()),
         fault_timer_(service_.io()) {
@@ -71,6 +75,13 @@ class SimpleMessageServer::Impl final : public ConnectionOwner {
     return controller_->owes(connection);
   }
   void ended(Connection& connection) override;
+  void written(Connection& connection) override {
+    if (connection.role() == Role::kState) ask_for_states();
+  }
+  void time_passed() override {
+    follow_faults();
+    controller_->advance();
+  }
 
  private:
   /// Connections of one port in the order of their arrival.
@@ -93,8 +104,12 @@ class SimpleMessageServer::Impl final : public ConnectionOwner {
   [[nodiscard]] bool serves(const Connection& connection);
   void watch_cell();
   void follow_cell();
-  void send_states(std::chrono::steady_clock::time_point due);
+  void keep_sending_states(std::chrono::steady_clock::time_point due);
+  void send_states();
+  void join_time();
+  void ask_for_states();
   void watch_faults();
+  void follow_faults();
 
   const SimpleMessageOptions options_;
   const std::string robot_;  // its name in the scene that the server began with
@@ -111,6 +126,8 @@ class SimpleMessageServer::Impl final : public ConnectionOwner {
   std::unique_ptr<Controller> controller_;
   std::array<Clients, kRoleNames.size()> clients_;
   protocols::MomentaryFaults drops_;
+  // In virtual time: has joined while a client waits for the cell; while a state port has readers.
+  protocols::TimePacer cell_pacer_, state_pacer_;
   boost::asio::steady_timer cell_timer_, state_timer_, fault_timer_;
   bool closed_ = false;   // the ports, by an injected fault
   bool watches_ = false;  // the cell timer runs
@@ -138,7 +155,7 @@ Result<SimpleMessagePorts> SimpleMessageServer::Impl::start() {
   if (auto ok = listen(Role::kGripper, gripper_listener_, ports.gripper); !ok) {
     return tl::unexpected(ok.error());
   }
-  send_states(std::chrono::steady_clock::now());
+  keep_sending_states(std::chrono::steady_clock::now());
   watch_faults();
   service_.start();
   return ports;
@@ -146,6 +163,8 @@ Result<SimpleMessagePorts> SimpleMessageServer::Impl::start() {
 
 void SimpleMessageServer::Impl::stop() {
   service_.stop([this] {
+    cell_pacer_.leave();
+    state_pacer_.leave();
     cell_timer_.cancel();
     state_timer_.cancel();
     fault_timer_.cancel();
@@ -181,6 +200,7 @@ protocols::TcpService<Connection>::Make SimpleMessageServer::Impl::make(Role rol
       return connection;
     }
     clients(role).push_back(connection.get());
+    if (role == Role::kState) join_time();
     if (role == Role::kMotion && serves(*connection)) controller_->motion_connected(*connection);
     return connection;
   };
@@ -227,6 +247,10 @@ void SimpleMessageServer::Impl::ended(Connection& connection) {
     // The next one may have sent requests already.
     if (served && !present.empty()) watch_cell();
   }
+  if (connection.role() == Role::kState) {
+    if (present.empty()) state_pacer_.leave();
+    ask_for_states();
+  }
   service_.ended(connection);
 }
 
@@ -234,6 +258,14 @@ void SimpleMessageServer::Impl::ended(Connection& connection) {
 
 void SimpleMessageServer::Impl::watch_cell() {
   if (std::exchange(watches_, true)) return;
+  // In virtual time the cell is followed at its own instants.
+  cell_pacer_.join({log_.name(), api::PacerKind::kProgram, options_.listener.endpoint});
+  if (cell_pacer_.joined()) {
+    return cell_pacer_.after(kCellPeriod, [this] {
+      watches_ = false;
+      if (!service_.draining()) follow_cell();
+    });
+  }
   cell_timer_.expires_after(kCellPeriod);
   cell_timer_.async_wait([this](const error_code& cancelled) {
     watches_ = false;
@@ -246,16 +278,41 @@ void SimpleMessageServer::Impl::follow_cell() {
   service_.for_each([](Connection& connection) {
     if (connection.has_bytes()) connection.process();
   });
-  if (controller_->waits()) watch_cell();
+  if (controller_->waits()) return watch_cell();
+  if (!watches_) cell_pacer_.leave();
 }
 
-void SimpleMessageServer::Impl::send_states(std::chrono::steady_clock::time_point due) {
+void SimpleMessageServer::Impl::keep_sending_states(std::chrono::steady_clock::time_point due) {
   // A machine that was late does not send the missed periods at once.
   const auto next = std::max(due + controller_->state_period(), std::chrono::steady_clock::now());
   state_timer_.expires_at(next);
   state_timer_.async_wait([this, next](const error_code& cancelled) {
-    if (!cancelled && !service_.draining()) send_states(next);
+    if (!cancelled && !service_.draining()) keep_sending_states(next);
   });
+  if (!state_pacer_.joined()) send_states();
+}
+
+// In virtual time, as long as somebody reads, time waits for every state to be taken.
+void SimpleMessageServer::Impl::join_time() {
+  if (options_.listener.virtual_time == nullptr || state_pacer_.joined() || service_.draining()) {
+    return;
+  }
+  state_pacer_.join({name_of(Role::kState), api::PacerKind::kFeed, options_.listener.endpoint});
+  // The connection that is being made comes first.
+  boost::asio::post(service_.io(), [this] { ask_for_states(); });
+}
+
+void SimpleMessageServer::Impl::ask_for_states() {
+  if (!state_pacer_.joined() || state_pacer_.waiting()) return;
+  const auto busy = [](const Connection* reader) { return reader->busy(); };
+  if (std::ranges::any_of(clients(Role::kState), busy)) return;
+  state_pacer_.after(controller_->state_period(), [this] {
+    send_states();
+    ask_for_states();
+  });
+}
+
+void SimpleMessageServer::Impl::send_states() {
   Clients& readers = clients(Role::kState);
   if (readers.empty()) return;
   const std::vector<std::string> messages = controller_->states();
@@ -273,6 +330,13 @@ void SimpleMessageServer::Impl::watch_faults() {
     if (!cancelled && !service_.draining()) watch_faults();
   });
   service_.for_each([](Connection& connection) { connection.notice_end(); });
+  // A pacing client sees faults at its own instants only.
+  bool paces = false;
+  service_.for_each([&](const Connection& connection) { paces |= connection.paces(); });
+  if (!paces) follow_faults();
+}
+
+void SimpleMessageServer::Impl::follow_faults() {
   const api::SnapshotPtr now = source_.latest();
   const bool drop = drops_.happened(*now);
   const bool closed = protocols::injected(*now, faults::Kind::kControllerReboot, options_.robot);

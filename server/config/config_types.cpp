@@ -1,7 +1,9 @@
 #include "server/config/config_types.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
+#include <string_view>
 
 #include "protocols/net/allow_list.hpp"
 #include "world/api/commands/simulation_command.hpp"
@@ -68,8 +70,11 @@ void PacerName::read(const yaml::Node& node, std::string& value) const {
   const auto of_robot = [&](std::string_view wire) {
     return value.size() > wire.size() && value.starts_with(wire);
   };
-  if (value != "modbus" && value != "grpc" && !of_robot("crcl.") && !of_robot("vision."))
+  constexpr std::array<std::string_view, 5> kOfRobots{"crcl.", "vision.", "motion.", "state.",
+                                                      "gripper."};
+  if (value != "modbus" && value != "grpc" && std::ranges::none_of(kOfRobots, of_robot)) {
     node.unexpected(text());
+  }
 }
 
 void Pace::read(const yaml::Node& node, Speed& value) const {

@@ -133,7 +133,9 @@ struct Pace {
 struct PacerName {
   void read(const yaml::Node& node, std::string& value) const;
   [[nodiscard]] std::string write(const std::string& value) const { return value; }
-  [[nodiscard]] std::string text() const { return "modbus, grpc, crcl.ROBOT or vision.ROBOT"; }
+  [[nodiscard]] std::string text() const {
+    return "modbus, grpc, crcl.ROBOT, vision.ROBOT, motion.ROBOT, state.ROBOT or gripper.ROBOT";
+  }
 };
 
 struct Point {

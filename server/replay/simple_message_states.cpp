@@ -44,7 +44,7 @@ std::optional<WireReply> SimpleMessageStates::sent(const std::string& message,
         for (std::size_t i = 0; i < count; ++i) {
           joints.push_back(snapshot.robots.at(robot).joints[i].position_rad);
         }
-        const Joints here = to_wire(kind, joints);
+        const Joints here = measured_to_wire(kind, joints);
         Deviation all;
         for (std::size_t i = 0; i < count; ++i) {
           all.number(fmt::format("position of joint {}", i + 1), then[i], here[i]);

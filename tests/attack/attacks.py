@@ -770,6 +770,64 @@ def states_of_a_robot_that_nobody_reads(daemon, seconds):
     close_all(held)
 
 
+def simple_message_ports(daemon):
+    return [name for name in daemon.ports if name.startswith(("motion.", "state.", "gripper."))]
+
+
+@attack(**SIMPLE_MESSAGE)
+def Simple_Message_that_nobody_reads(daemon, seconds):
+    """States, and replies to many requests, that nobody reads, on ever new connections."""
+    end = until(seconds)
+    clients = []
+    while time.monotonic() < end:
+        for name in simple_message_ports(daemon):
+            try:
+                clients.append(connect_to(daemon, name))
+            except OSError:
+                pass
+        send_to_all(clients, simple_message(1, b"") * 200)
+        close_all(clients[:-60])
+        clients = clients[-60:]
+        time.sleep(0.02)
+    close_all(clients)
+
+
+@attack(**SIMPLE_MESSAGE)
+def Simple_Message_wild_numbers(daemon, seconds):
+    """Points, addresses and commands with numbers that no robot has."""
+    end = until(seconds)
+    noise = random.Random(8)
+    numbers = (1e38, -1e30, float("nan"), float("inf"), 0.0, 1e-45)
+    whole = lambda: noise.choice((noise.randrange(-(1 << 31), 1 << 31), 0, -1, -4))  # noqa: E731
+    while time.monotonic() < end:
+        wild = [noise.choice(numbers) for _ in range(30)]
+        messages = (
+            simple_message(14, struct.pack(">3if30f", 0, whole(), 7, wild[0], *wild)),
+            simple_message(11, struct.pack(">i12f", whole(), *wild[:12])),
+            simple_message(2001, struct.pack(">3i", whole(), whole(), 200101 + noise.randrange(30)) + bytes(40)),
+            simple_message(2005, struct.pack(">2i", whole(), whole())),
+            simple_message(2018, struct.pack(">3i", whole(), whole(), whole())),
+        )
+        try:
+            connection = connect_to(daemon, noise.choice(simple_message_ports(daemon)))
+            for message in noise.choices(messages, k=40):
+                exchange(connection, message)
+            connection.close()
+        except OSError:
+            pass
+
+
+@attack(**SIMPLE_MESSAGE)
+def Simple_Message_connect_storm(daemon, seconds):
+    end = until(seconds)
+    while time.monotonic() < end:
+        for name in simple_message_ports(daemon):
+            try:
+                connect_to(daemon, name).close()
+            except OSError:
+                pass
+
+
 @attack(log_pipe=True, arguments=["--set", "log_level=debug"])
 def a_log_that_nobody_reads(daemon, seconds):
     flood(daemon, seconds, 4, lambda number: document("InitCanon", number), pause=0.0005)

@@ -8,6 +8,9 @@ import threading
 import time
 
 
+ACTION = -1  # number of no connection
+
+
 class Chunk:
     """The result of one read."""
 
@@ -20,9 +23,10 @@ class Chunk:
 
 class Tap:
     """Listens on its own port for each of `targets` ({name: port}) and forwards to it. Ports are below 2^15, the limit of
-    NIST's vision client. `listeners` are called with each Chunk, in the tap's thread."""
+    NIST's vision client, or at the addresses `at` ({name: (host, port)}). `listeners` are called with each Chunk, in the
+    tap's thread."""
 
-    def __init__(self, targets):
+    def __init__(self, targets, at=None):
         self.chunks = []
         self.listeners = []
         self.connections = []  # name of the target of each
@@ -30,7 +34,7 @@ class Tap:
         self._selector = selectors.DefaultSelector()
         self._listening = []
         for name, port in targets.items():
-            listener = _listen()
+            listener = socket.create_server(at[name], backlog=64) if at else _listen()
             self.ports[name] = listener.getsockname()[1]
             self._listening.append(listener)
             self._selector.register(listener, selectors.EVENT_READ, (name, port))
@@ -46,6 +50,13 @@ class Tap:
             key.fileobj.close()
         self._selector.close()
         self._waker.close()
+
+    def note_action(self, text):
+        """Records what is done with the cell beside the wires."""
+        self._note(ACTION, True, text.encode())
+
+    def target(self, chunk):
+        return "cell" if chunk.connection == ACTION else self.connections[chunk.connection]
 
     def _run(self):
         while True:
@@ -118,7 +129,7 @@ def save(tap, path):
                 {
                     "at": round(chunk.at - tap.chunks[0].at, 4),
                     "connection": chunk.connection,
-                    "target": tap.connections[chunk.connection],
+                    "target": tap.target(chunk),
                     "from": "client" if chunk.from_client else "server",
                     "data": None if chunk.data is None else chunk.data.decode("latin-1"),
                 },

@@ -38,7 +38,7 @@ const std::map<std::string, std::set<std::string>> kArrows = {
     {"clients/aprsim/text", {"clients/wires", "crcl", "proto/aprsim/v1", "world/api/faults"}},
     {"clients/aprsim/trace",
      {"clients/aprsim/cli", "clients/wires", "crcl", "modbus", "proto/aprsim/v1", "proto/journal",
-      "world/base", "world/base/files", "world/base/process"}},
+      "protocols/simple_message/codec", "world/base", "world/base/files", "world/base/process"}},
     {"clients/examples", {"clients/wires"}},
     {"clients/wires", {"crcl", "modbus", "proto/aprsim/v1", "world/base"}},
     {"crcl", {"proto/aprsim/crcl/v1"}},

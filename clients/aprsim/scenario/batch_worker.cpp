@@ -78,7 +78,8 @@ Outcome<void> BatchWorker::start(const scenario::Plan& plan) {
   programs_ = std::make_unique<Programs>(options_.directory);
   ++starts_;
   Programs& programs = *programs_;
-  programs.roles = roles_of(robots_of(scenario_, plan.scene), options_.controller.empty());
+  programs.roles =
+      roles_of(scenario_, robots_of(scenario_, plan.scene), options_.controller.empty());
   auto place = own_place(plan, programs.directory,
                          {.pacers = pacers_of(programs.roles),
                           .journal = options_.journal,

@@ -123,10 +123,14 @@ std::vector<std::string> robots_of(const scenario::Scenario& scenario, const sce
   return robots;
 }
 
-std::vector<std::string> roles_of(const std::vector<std::string>& robots, bool uses_vision) {
+std::vector<std::string> roles_of(const scenario::Scenario& scenario,
+                                  const std::vector<std::string>& robots, bool uses_vision) {
+  // The kitting controller polls the gripper's port where it uses the wires of ROS 2.
+  const bool simple_message = std::ranges::find(scenario.controller_options, "simple-message") !=
+                              scenario.controller_options.end();
   std::vector<std::string> out;
   for (const std::string& robot : robots) {
-    out.push_back("crcl." + robot);
+    out.push_back((simple_message ? "gripper." : "crcl.") + robot);
     if (uses_vision) out.push_back("vision." + robot);
   }
   return out;

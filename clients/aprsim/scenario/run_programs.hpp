@@ -39,7 +39,8 @@ class RunDirectory {
 [[nodiscard]] std::vector<std::string> robots_of(const scenario::Scenario& scenario,
                                                  const scene::Scene& scene);
 /// Roles that advance virtual time beside the runner; `uses_vision` adds the cameras.
-[[nodiscard]] std::vector<std::string> roles_of(const std::vector<std::string>& robots,
+[[nodiscard]] std::vector<std::string> roles_of(const scenario::Scenario& scenario,
+                                                const std::vector<std::string>& robots,
                                                 bool uses_vision);
 /// The roles in the syntax of `--pacers`.
 [[nodiscard]] std::string pacers_of(const std::vector<std::string>& roles);

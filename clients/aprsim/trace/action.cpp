@@ -35,7 +35,7 @@ std::map<std::string, WireActions> actions_of(const Trace& trace) {
     WireActions wire = kind == v1::WIRE_KIND_CRCL             ? crcl_actions(records)
                        : kind == v1::WIRE_KIND_MODBUS         ? modbus_actions(records)
                        : kind == v1::WIRE_KIND_VISION         ? vision_actions(records)
-                       : kind == v1::WIRE_KIND_SIMPLE_MESSAGE ? WireActions()
+                       : kind == v1::WIRE_KIND_SIMPLE_MESSAGE ? simple_message_actions(records)
                                                               : call_actions(records);
     wire.name = name;
     wire.kind = kind;

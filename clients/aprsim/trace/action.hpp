@@ -50,6 +50,7 @@ struct WireActions {
 using Records = std::vector<const WireRecord*>;
 [[nodiscard]] WireActions crcl_actions(const Records& records);
 [[nodiscard]] WireActions modbus_actions(const Records& records);
+[[nodiscard]] WireActions simple_message_actions(const Records& records);
 [[nodiscard]] WireActions call_actions(const Records& records);
 [[nodiscard]] WireActions vision_actions(const Records& records);
 

@@ -32,6 +32,7 @@ const char* noun_of(v1::WireKind kind) {
     case v1::WIRE_KIND_WEB:
       return "call";
     case v1::WIRE_KIND_CRCL:
+    case v1::WIRE_KIND_SIMPLE_MESSAGE:
       return "command";
     default:
       return "event";

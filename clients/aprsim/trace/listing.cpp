@@ -79,8 +79,10 @@ class Describer {
   /// Uses the comparison's reader, which names the fields of a request.
   static Described request(const v1::JournalWire& wire) {
     const WireRecord record{0, wire};
-    const WireActions one =
-        wire.kind() == v1::WIRE_KIND_MODBUS ? modbus_actions({&record}) : call_actions({&record});
+    const WireActions one = wire.kind() == v1::WIRE_KIND_MODBUS ? modbus_actions({&record})
+                            : wire.kind() == v1::WIRE_KIND_SIMPLE_MESSAGE
+                                ? simple_message_actions({&record})
+                                : call_actions({&record});
     if (!one.actions.empty()) {
       return {one.actions.front().kind + fields_text(one.actions.front().fields)};
     }

@@ -1,3 +1,5 @@
+#include <cmath>
+#include <numbers>
 #include <string>
 
 #include "tests/unit/protocols/simple_message/server_fixture.hpp"
@@ -134,7 +136,11 @@ TEST_F(MotomanPorts, PointsAreHandedOverWithTimesSinceTheFirst) {
   ASSERT_EQ(appended.size(), 2U);
   EXPECT_TRUE(appended[0].begins);
   EXPECT_EQ(appended[0].points.at(0).time, std::chrono::milliseconds(100));
-  EXPECT_NEAR(appended[0].points[0].position_rad.at(0), 0.01, 1e-7);
+  // The controller keeps whole pulses.
+  constexpr double kPulse_rad = std::numbers::pi / 180 / 1024;
+  const double pulses = appended[0].points[0].position_rad.at(0) / kPulse_rad;
+  EXPECT_NEAR(pulses, std::round(pulses), 1e-6);
+  EXPECT_NEAR(appended[0].points[0].position_rad.at(0), 0.01, kPulse_rad);
   EXPECT_NEAR(appended[0].points[0].velocity_rad_s.at(0), 0.2, 1e-7);
   EXPECT_TRUE(appended[0].points[0].acceleration_rad_s2.empty());
   EXPECT_FALSE(appended[1].begins);
@@ -387,7 +393,7 @@ TEST_F(MotomanPorts, FeedbackAndStatusComeTogether) {
     const auto feedback = client.receive_body<JointFeedback>();
     EXPECT_EQ(feedback.valid, kPositionValid | kVelocityValid);
     EXPECT_EQ(feedback.time, 0);
-    EXPECT_FLOAT_EQ(feedback.position[6], 0.5F);
+    EXPECT_NEAR(feedback.position[6], 0.5, std::numbers::pi / 180 / 580.27);
     EXPECT_FLOAT_EQ(feedback.velocity[6], -0.25F);
     EXPECT_EQ(feedback.acceleration, Joints{});
     EXPECT_EQ(client.receive_body<RobotStatus>().in_motion, 0);
