@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <ranges>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -39,10 +38,16 @@ class CommandHistory {
 
   /// Null if the ticket belongs to another interface, or is too old.
   [[nodiscard]] const Entry* find(api::Ticket ticket) const {
-    const auto range = std::views::iota(std::size_t{0}, count_);
-    const auto ticket_of = [this](std::size_t index) { return at(index).submission.ticket; };
-    const auto found = std::ranges::lower_bound(range, ticket, {}, ticket_of);
-    return found != range.end() && ticket_of(*found) == ticket ? &at(*found) : nullptr;
+    std::size_t first = 0;
+    for (std::size_t end = count_; first < end;) {
+      const std::size_t middle = first + (end - first) / 2;
+      if (at(middle).submission.ticket < ticket) {
+        first = middle + 1;
+      } else {
+        end = middle;
+      }
+    }
+    return first < count_ && at(first).submission.ticket == ticket ? &at(first) : nullptr;
   }
 
  private:

@@ -11,10 +11,15 @@ void ConnectionLimiter::Slot::used(Clock::time_point now) {
   if (!holder_) return;
   holder_->used_at = now;
   holder_->proven = true;
+  holder_->rests = false;
 }
 
 void ConnectionLimiter::Slot::on_evict(std::function<void()> end) {
   if (holder_) holder_->end = std::move(end);
+}
+
+void ConnectionLimiter::Slot::rest() {
+  if (holder_) holder_->rests = true;
 }
 
 void ConnectionLimiter::Slot::keep() {
@@ -63,7 +68,8 @@ std::size_t ConnectionLimiter::held_by(const std::string& address) const {
 }
 
 bool ConnectionLimiter::is_idle(const Holder& holder, Clock::time_point now) const {
-  return !holder.kept && (!holder.proven || now - holder.used_at >= limits_.yield_after);
+  if (holder.kept) return false;
+  return !holder.proven || holder.rests || now - holder.used_at >= limits_.yield_after;
 }
 
 template <typename May>

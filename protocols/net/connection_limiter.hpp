@@ -56,6 +56,9 @@ class ConnectionLimiter : public std::enable_shared_from_this<ConnectionLimiter>
     void used(Clock::time_point now = Clock::now());
     /// Sets the function that ends an evicted connection; it is called once at most.
     void on_evict(std::function<void()> end);
+    /// The connection waits for its next request, and its client opens another one where it is
+    /// closed (HTTP): idle at once, until used().
+    void rest();
     /// The connection is never idle from now on.
     void keep();
     /// A second call has no effect.
@@ -84,7 +87,7 @@ class ConnectionLimiter : public std::enable_shared_from_this<ConnectionLimiter>
   struct Holder {
     std::string address;
     Clock::time_point used_at;
-    bool proven = false, kept = false;
+    bool proven = false, rests = false, kept = false;
     std::function<void()> end = {};
   };
 

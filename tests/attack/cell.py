@@ -299,7 +299,8 @@ class Observer:
                 code = client.write_coil(Modbus.STOP, stopped)
                 took = (time.monotonic() - began) * 1e3
                 if code:
-                    self.faults.append(f"emergency stop: exception {code}")
+                    what = "emergency stop" if stopped else "release of the emergency stop"
+                    self.faults.append(f"{what}: exception {code}")
                 if stopped:
                     self.stop_ms.append(took)
                 stopped = not stopped

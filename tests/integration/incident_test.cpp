@@ -5,6 +5,7 @@
 #include <fstream>
 #include <string>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -50,6 +51,20 @@ class Incident : public testing::Test {
 
   TemporaryDirectory directory_;
 };
+
+TEST_F(Incident, TheDaemonsNameForItReplacesNoFile) {
+  DaemonProcess daemon({"--speed", "stepped"});
+  pass_with_robot(daemon, 100);
+  const std::string command =
+      fmt::format("cd '{}' && '{}/aprsim' --ports-file '{}' incident --last 1s", directory_.path(),
+                  kBin, daemon.ports_file());
+  const auto first = run_process({"/bin/sh", "-c", command});
+  EXPECT_EQ(first.exit_code, 0) << first.err;
+  const auto second = run_process({"/bin/sh", "-c", command});
+  EXPECT_EQ(second.exit_code, 2);
+  EXPECT_NE(second.err.find("exists already; name another file by --file"), std::string::npos)
+      << second.err;
+}
 
 TEST_F(Incident, IsRunAgainWhenItsDaemonIsGone) {
   {

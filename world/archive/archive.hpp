@@ -155,8 +155,8 @@ class Writer {
   template <typename Key, typename T>
   void put(const std::map<Key, T>& values) {
     elements(values, [this](const auto& value) {
-      put(value.first);
-      put(value.second);
+      this->put(value.first);
+      this->put(value.second);
     });
   }
   template <typename A, typename B>

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "world/physics/bodies/ode_geoms.hpp"
+#include "world/physics/bodies/ode_library.hpp"
 
 namespace aprsim::world {
 

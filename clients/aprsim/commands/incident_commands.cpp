@@ -24,6 +24,13 @@ std::string plain_name(const std::string& name) {
   return plain.empty() || plain == "." || plain == ".." ? "incident.journal" : plain;
 }
 
+/// A name that nobody has chosen replaces no file.
+Outcome<void> check_unused(const std::string& file) {
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) return {};
+  return failed(FailureKind::kUsage, file + ": exists already; name another file by --file");
+}
+
 /// "60", "60s" or "2min" in seconds.
 double span_of(const std::string& text) {
   constexpr double kLongest_s = 86'400;
@@ -45,9 +52,14 @@ Outcome<void> run_command(const IncidentCommand& command, Console& console) {
   std::string name = command.file;
   std::optional<files::DraftFile> file;
   std::uint64_t bytes = 0, expected = 0;
+  Outcome<void> unused;
   const auto write = [&](const v1::GetIncidentResponse& piece) {
     if (!file) {
-      if (name.empty()) name = plain_name(piece.name());
+      if (name.empty()) {
+        name = plain_name(piece.name());
+        unused = check_unused(name);
+        if (!unused) return false;
+      }
       expected = piece.size();
       file.emplace(name);
     }
@@ -56,6 +68,7 @@ Outcome<void> run_command(const IncidentCommand& command, Console& console) {
     return file->out().good();
   };
   const auto done = CellConnection(console.endpoints).incident(command.last_s, write);
+  if (!unused) return unused;
   if (!done) return tl::unexpected(done.error());
   if (!file) return failed(FailureKind::kConnection, "the daemon sent no incident");
   if (file->out().good() && bytes != expected) {

@@ -131,7 +131,7 @@ std::string bytewise(const Target& target) {
 
 std::string half_requests(const Target& target) {
   std::vector<std::unique_ptr<ModbusProbe>> halves;
-  for (const std::size_t size : {1, 3, 7, 9}) {
+  for (const std::size_t size : std::initializer_list<std::size_t>{1, 3, 7, 9}) {
     halves.push_back(std::make_unique<ModbusProbe>(target));
     const Bytes request = adu(read_one());
     halves.back()->send(

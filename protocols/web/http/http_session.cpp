@@ -137,6 +137,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
   }
 
   void read() {
+    slot_->rest();
     parser_.emplace();
     parser_->header_limit(kMaxHeaderBytes);
     parser_->body_limit(0);

@@ -1,6 +1,7 @@
 // The whole default cell: how long one step takes, at rest and with both robots picking and
 // placing.
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 
@@ -66,6 +67,17 @@ StepTimes at_work(const Mode& mode, int steps, bool belt) {
   return times;
 }
 
+/// Ten simulated minutes of both robots at work: steps over a millisecond.
+void ten_minutes(Experiment& experiment) {
+  const int steps = experiment.quick() ? 2000 : 600'000;
+  const StepTimes work = at_work(kDefaultMode, steps, true);
+  const auto over = std::count_if(work.step.begin(), work.step.end(),
+                                  [](double step_us) { return step_us > 1000; });
+  experiment.record("cell.ten_minutes.steps_over_1ms", double(over), "count");
+  experiment.record("cell.ten_minutes.step_max_us", percentile(work.step, 1), "us");
+  experiment.record("cell.ten_minutes.trips", work.trips, "count");
+}
+
 Series distribution(const std::string& name, const std::vector<double>& samples) {
   Series series{name, {}};
   for (const double tail : {0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005, 0.0002}) {
@@ -111,6 +123,7 @@ int run(int argc, char** argv) {
     experiment.record("cell.rtf", work.real_time_factor(1e-3), "x");
     experiment.record("cell.trips", work.trips, "count");
   }
+  ten_minutes(experiment);
   experiment.table("steps", "Default cell, time of World::step", table);
   experiment.plot("tails", plot);
   experiment.note(
@@ -118,7 +131,8 @@ int run(int argc, char** argv) {
       "snapshot "
       "after every step, the other columns are the step alone. Every time is of a single run, with "
       "what "
-      "interrupted it.");
+      "interrupted it. Ten minutes: both robots picking, the belt in between, CPU time of the "
+      "thread.");
   return experiment.finish();
 }
 

@@ -10,12 +10,15 @@ namespace {
 
 using physics::test::Bench;
 
-constexpr double kStep = 1e-3, kAboveDisc = 3.5e-3,
+constexpr double kAboveDisc = 3.5e-3,
                  kLift = 0.25;     // the longest way of a shake is 0.15 m
 constexpr double kDropped = 0.01;  // [m] in the hand
 
 scene::Scene scene_of(const ShakeCase& c) {
   scene::Scene scene = physics::test::empty_scene();
+  scene.physics.step_s = c.step_s;
+  scene.physics.engine = c.engine;
+  scene.physics.ode = c.ode;
   physics::test::add_table(scene);
   const scene::GearType& gear = scene.gear_types.at(c.gear);
   Pose pose;
@@ -37,10 +40,12 @@ Shake shake(const ShakeCase& c) {
   Bench hand(scene_of(c));
   hand.run(50);
   hand.grip(0);
+  const Eigen::Vector3d gripped_T = hand.X_TB("g").translation();
   hand.move({0, 0, kLift}, 0.5);
   hand.run(50);
   Shake result;
-  result.held_at_start = hand.world->gripper(0).holding;
+  // Its place decides: an iterative engine may chatter so that no sensor would call it held.
+  result.held_at_start = (hand.X_TB("g").translation() - gripped_T).norm() < kDropped;
   if (!result.held_at_start) {
     result.dropped = true;
     result.delta_m = kDropped;
@@ -48,9 +53,9 @@ Shake shake(const ShakeCase& c) {
   }
   const Eigen::Isometry3d X_TG = hand.X_TB("g"), start = hand.X_WT;
   const Eigen::Vector3d a = start.linear() * c.direction_T.normalized() * c.accel_m_s2;
-  const auto steps = std::lround(c.duration_s / kStep);
+  const auto steps = std::lround(c.duration_s / c.step_s);
   for (long i = 1; i <= steps; ++i) {
-    const double t = static_cast<double>(i) * kStep;
+    const double t = static_cast<double>(i) * c.step_s;
     Eigen::Isometry3d next = start;
     next.translation() += 0.5 * t * t * a;
     hand.step_tool(next);
@@ -62,7 +67,7 @@ Shake shake(const ShakeCase& c) {
     result.delta_m = std::max(result.delta_m, delta);
     result.theta_rad = std::max(result.theta_rad, theta);
   }
-  result.dropped = result.delta_m > kDropped || !hand.world->gripper(0).holding;
+  result.dropped = result.delta_m > kDropped;
   return result;
 }
 

@@ -24,6 +24,9 @@ struct ShakeCase {
   Eigen::Vector3d direction_T = Eigen::Vector3d::UnitY();  ///< in the tool frame; fingers along y
   double accel_m_s2 = 10;
   double duration_s = 0.1;
+  double step_s = 1e-3;
+  scene::PhysicsEngine engine = scene::PhysicsEngine::kAprsim;
+  scene::OdeSettings ode;
 };
 
 struct Shake {

@@ -1,52 +1,13 @@
 #include "world/physics/bodies/ode_geoms.hpp"
 
 #include <array>
-#include <cstdarg>
-#include <cstdio>
-#include <string>
 
 #include <ode/ode.h>
 
-#include "world/physics/bodies/physics_failure.hpp"
+#include "world/physics/bodies/ode_library.hpp"
 
 namespace aprsim::physics {
 namespace {
-
-[[noreturn]] void raise(const char* kind, int number, const char* format, va_list arguments) {
-  char text[512];
-  std::vsnprintf(text, sizeof text, format, arguments);
-  throw PhysicsFailure(std::string("ODE ") + kind + " " + std::to_string(number) + ": " + text);
-}
-
-void on_error(int number, const char* format, va_list arguments) {
-  raise("error", number, format, arguments);
-}
-
-void on_debug(int number, const char* format, va_list arguments) {
-  raise("assertion", number, format, arguments);
-}
-
-// The simulation thread must not write to any stream.
-void drop_message(int, const char*, va_list) {}
-
-/// ODE, initialised once per process, with handlers that throw instead of ending the process.
-struct Library {
-  Library() {
-    dInitODE2(0);
-    dSetErrorHandler(on_error);
-    dSetDebugHandler(on_debug);
-    dSetMessageHandler(drop_message);
-  }
-};
-
-/// ODE keeps collision caches per thread. Cheap when done before.
-void prepare_thread() {
-  // ODE requires one initialisation per process and per-thread data before dCollide.
-  static const Library library;
-  static thread_local const int ready =
-      dAllocateODEDataForThread(static_cast<unsigned>(dAllocateMaskAll));
-  if (ready == 0) throw PhysicsFailure("ODE could not allocate its data for this thread");
-}
 
 Eigen::Vector3d vector(const dReal* v) { return {v[0], v[1], v[2]}; }
 
@@ -55,22 +16,22 @@ Eigen::Vector3d vector(const dReal* v) { return {v[0], v[1], v[2]}; }
 void OdeGeom::Destroy::operator()(dxGeom* geom) const { dGeomDestroy(geom); }
 
 OdeGeom OdeGeom::box(const Eigen::Vector3d& size_m) {
-  prepare_thread();
+  prepare_ode();
   return OdeGeom(dCreateBox(nullptr, size_m.x(), size_m.y(), size_m.z()));
 }
 
 OdeGeom OdeGeom::capsule(double radius_m, double length_m) {
-  prepare_thread();
+  prepare_ode();
   return OdeGeom(dCreateCapsule(nullptr, radius_m, length_m));
 }
 
 OdeGeom OdeGeom::cylinder(double radius_m, double length_m) {
-  prepare_thread();
+  prepare_ode();
   return OdeGeom(dCreateCylinder(nullptr, radius_m, length_m));
 }
 
 OdeGeom OdeGeom::sphere(double radius_m) {
-  prepare_thread();
+  prepare_ode();
   return OdeGeom(dCreateSphere(nullptr, radius_m));
 }
 
@@ -94,7 +55,7 @@ void OdeGeom::set_pose(const Eigen::Isometry3d& X_WS) {
 
 void collide_geoms(const OdeGeom& geom_a, const OdeGeom& geom_b, BodyIndex a, BodyIndex b,
                    SurfacePair pair, std::vector<Contact>& out) {
-  prepare_thread();
+  prepare_ode();
   std::array<dContactGeom, kMaxGeomPoints> points;
   // ODE's normals point into the first geom, as ours do.
   const int count = dCollide(geom_a.geom_.get(), geom_b.geom_.get(), kMaxGeomPoints, points.data(),
@@ -104,7 +65,5 @@ void collide_geoms(const OdeGeom& geom_a, const OdeGeom& geom_b, BodyIndex a, Bo
     out.push_back({a, b, vector(point.pos), vector(point.normal), point.depth, pair});
   }
 }
-
-bool ode_keeps_asserts() { return dCheckConfiguration("ODE_EXT_no_debug") == 0; }
 
 }  // namespace aprsim::physics

@@ -9,8 +9,8 @@
 
 struct dxGeom;
 
-/// Collision of primitives by ODE (dCollide): the only use of that library. ODE's errors and failed
-/// assertions throw PhysicsFailure. Thread: any, one at a time.
+/// Collision of primitives by ODE (dCollide). ODE's errors and failed assertions throw
+/// PhysicsFailure. Thread: any, one at a time.
 namespace aprsim::physics {
 
 /// A box, capsule, cylinder or sphere with a pose. Cylinders and capsules lie along their z axis.
@@ -43,8 +43,5 @@ class OdeGeom {
 inline constexpr int kMaxGeomPoints = 4;
 void collide_geoms(const OdeGeom& geom_a, const OdeGeom& geom_b, BodyIndex a, BodyIndex b,
                    SurfacePair pair, std::vector<Contact>& out);
-
-/// Whether the linked ODE checks its arguments and invariants.
-[[nodiscard]] bool ode_keeps_asserts();
 
 }  // namespace aprsim::physics

@@ -12,12 +12,14 @@ struct BodyMotion {
   Eigen::Vector3d omega_W = Eigen::Vector3d::Zero();  ///< [rad/s]
   /// Change of omega by the impulses of the last step, 0 if it was set.
   Eigen::Vector3d omega_gain_W = Eigen::Vector3d::Zero();
+  /// Angular momentum that omega lacks by rounding, 0 if it was set [kg m^2/s].
+  Eigen::Vector3d momentum_residue_W = Eigen::Vector3d::Zero();
 
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
-    auto& [p_W, q_WB, v_W, omega_W, omega_gain_W] = self;
-    io(p_W, q_WB, v_W, omega_W, omega_gain_W);
+    auto& [p_W, q_WB, v_W, omega_W, omega_gain_W, momentum_residue_W] = self;
+    io(p_W, q_WB, v_W, omega_W, omega_gain_W, momentum_residue_W);
   }
 };
 
@@ -44,9 +46,16 @@ class RigidBody {
     motion_.v_W = v_W;
     motion_.omega_W = omega_W;
     motion_.omega_gain_W.setZero();
+    motion_.momentum_residue_W.setZero();
   }
   [[nodiscard]] const Eigen::Vector3d& omega_gain_W() const { return motion_.omega_gain_W; }
   void set_omega_gain(const Eigen::Vector3d& gain_W) { motion_.omega_gain_W = gain_W; }
+  [[nodiscard]] const Eigen::Vector3d& momentum_residue_W() const {
+    return motion_.momentum_residue_W;
+  }
+  void set_momentum_residue(const Eigen::Vector3d& residue_W) {
+    motion_.momentum_residue_W = residue_W;
+  }
   /// Sets a motion() of this or another body, bit for bit.
   void restore(const BodyMotion& motion);
 
@@ -77,7 +86,7 @@ class RigidBody {
   [[nodiscard]] const Eigen::Vector3d& force_W() const { return force_W_; }
   [[nodiscard]] const Eigen::Vector3d& torque_W() const { return torque_W_; }
 
-  /// Index in the ConstraintSystem that is being set up, -1 = in none.
+  /// Index in the engine that is being set up, -1 = in none.
   void set_system_index(int index) { system_index_ = index; }
   [[nodiscard]] int system_index() const { return system_index_; }
 

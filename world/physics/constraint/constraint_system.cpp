@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "world/physics/bodies/free_rotation.hpp"
+#include "world/physics/constraint/joint_rows.hpp"
 
 namespace aprsim::physics {
 namespace {
@@ -18,6 +19,7 @@ constexpr double kShareResolution = 1e-10;  // of rebounds
 constexpr double kConeRounding = 1e-6;      // relative distance of sliding friction from its cone
 /// [rad] of a step. Bodies that turn less move as at the start of the step, to rounding.
 constexpr double kLeastTurn = 1e-8;
+constexpr double kFastTurn = 0.03;  // [rad] of a step
 
 Vector3d tangential(const Vector3d& v, const Vector3d& n) { return v - v.dot(n) * n; }
 
@@ -49,10 +51,10 @@ Vector3d omega_of(const RigidBody& body, const Vector3d& momentum_W) {
 
 }  // namespace
 
-void ConstraintSystem::begin(double step_s, const Eigen::Vector3d& gravity_W, double residual_m_s) {
-  step_s_ = step_s;
-  gravity_W_ = gravity_W;
-  parameters_.relaxed_tolerance_m_s = residual_m_s;
+void ConstraintSystem::begin(const EngineStep& step) {
+  step_s_ = step.step_s;
+  gravity_W_ = step.gravity_W;
+  parameters_.relaxed_tolerance_m_s = step.residual_m_s;
   forces_.clear();
   contacts_.clear();
   rebounds_ = false;
@@ -123,7 +125,7 @@ double ConstraintSystem::drift_of(const RowSide& side, int number) const {
 }
 
 void ConstraintSystem::add_row(const RowSide& a, const RowSide& b, double target_m_s,
-                               double compliance, double lo_n, double hi_n, RowForce& force) {
+                               double compliance, double lo_n, double hi_n, JointForce& force) {
   const ContactProblem::Side side_a = side(a), side_b = side(b);
   // Forces become impulses by the factor h, and ODE-style CFM [m/s per N] becomes velocity per
   // impulse.
@@ -134,12 +136,8 @@ void ConstraintSystem::add_row(const RowSide& a, const RowSide& b, double target
 }
 
 void ConstraintSystem::add_joint_row(const RowSide& a, const RowSide& b, double target_m_s,
-                                     double compliance, RowForce& force) {
+                                     double compliance, JointForce& force) {
   add_row(a, b, target_m_s, compliance, -ContactProblem::kNoBound, ContactProblem::kNoBound, force);
-}
-
-ConstraintSystem::Sides ConstraintSystem::sides(RigidBody* a, RigidBody* b) {
-  return {index_of(a), index_of(b)};
 }
 
 /// The solver finds the velocities that the impulses leave at the start of the step. A free body's
@@ -158,11 +156,21 @@ Vector3d ConstraintSystem::drift_of(const Contact& contact) const {
   };
   add(contact.sides.a, 1);
   add(contact.sides.b, -1);
-  return drift + tangential(arc, n);
+  // Where a round surface rolls on, the point that touched leaves along the normal.
+  return drift + (contact.constraint->contact.carried ? arc : tangential(arc, n));
 }
 
-void ConstraintSystem::add_contact(ContactConstraint& constraint, const Sides& sides,
-                                   const ContactResponse& response) {
+void ConstraintSystem::add_joint(const FixedJoint& joint) { add_rows(joint, *this); }
+void ConstraintSystem::add_joint(const SliderJoint& joint) { add_rows(joint, *this); }
+void ConstraintSystem::add_joint(const HingeJoint& joint) { add_rows(joint, *this); }
+void ConstraintSystem::add_joint(const RodJoint& joint) { add_rows(joint, *this); }
+
+void ConstraintSystem::add_contact(RigidBody* a, RigidBody* b, ContactConstraint& constraint,
+                                   const ContactSetting& setting) {
+  const int number_a = index_of(a);
+  const Sides sides{number_a, index_of(b)};
+  const ContactResponse response = contact_response(constraint, setting);
+  constraint.impact_m2_s2 = response.unanswered_m2_s2;
   const Vector3d& n = constraint.contact.n_W;
   constraint.creep_W = tangential(constraint.creep_W, n);
   Contact& contact = contacts_.emplace_back();
@@ -172,8 +180,9 @@ void ConstraintSystem::add_contact(ContactConstraint& constraint, const Sides& s
   contact.compliance_m_s_ns = response.friction_compliance_m_s_n / step_s_;
   // The target makes up for the drift, and for the displacement of sticking surfaces in earlier
   // steps.
+  contact.drift_v_W = drift_of(contact);
   contact.target_v_W =
-      response.target_v_W - drift_of(contact) - kCreepCorrection / step_s_ * constraint.creep_W;
+      response.target_v_W - contact.drift_v_W - kCreepCorrection / step_s_ * constraint.creep_W;
   contact.rebound_m_s = response.rebound_m_s;
   rebounds_ = rebounds_ || response.rebound_m_s > 0;
   problem_.add_contact(
@@ -192,17 +201,14 @@ void ConstraintSystem::add_contact(ContactConstraint& constraint, const Sides& s
                                  step_s_ * constraint.torque_guess_W.change}});
 }
 
-ContactSolver::Outcome ConstraintSystem::advance() {
+EngineOutcome ConstraintSystem::advance() {
   // Semi-implicit Euler (Stewart & Trinkle 1996): the impulses and the velocities that they leave
   // first, then the motion over the step.
-  const auto outcome = solve();
-  for (std::size_t i = 0; i < members_.size(); ++i) {
-    Member& member = members_[i];
-    member.omega_W = member.mean_omega_W = problem_.twist(static_cast<int>(i)).omega;
-    member.turns = turns(member.omega_W);
-    if (!member.moves || !member.turns || !member.body->is_ballistic()) continue;
-    member.mean_omega_W =
-        mean_free_omega(member.body->inertia_B(), member.body->q_WB(), member.omega_W, step_s_);
+  auto outcome = solve();
+  take_solved_rotations();
+  if (correct_targets()) {
+    outcome = solve();
+    take_solved_rotations();
   }
   for (std::size_t i = 0; i < forces_.size(); ++i) {
     const double force_n = problem_.row_impulse_ns(static_cast<int>(i)) / step_s_;
@@ -224,7 +230,45 @@ ContactSolver::Outcome ConstraintSystem::advance() {
     members_[i].body->set_system_index(-1);
   }
   members_.clear();
-  return outcome;
+  return {.converged = outcome.converged,
+          .iterations = outcome.newton_steps,
+          .residual_m_s = outcome.residual_m_s};
+}
+
+void ConstraintSystem::take_solved_rotations() {
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    Member& member = members_[i];
+    member.omega_W = member.mean_omega_W = problem_.twist(static_cast<int>(i)).omega;
+    member.turns = turns(member.omega_W);
+    if (!member.moves || !member.turns || !member.body->is_ballistic()) continue;
+    member.mean_omega_W =
+        mean_free_omega(member.body->inertia_B(), member.body->q_WB(), member.omega_W, step_s_);
+    member.spins = step_s_ * member.omega_W.norm() > kFastTurn;
+  }
+}
+
+/// Contacts of bodies that spin fast make up for the drift as it is instead of as expected: the
+/// positions at the step's end then fit (SHAKE, Ryckaert et al. 1977), and tops neither nod nor
+/// fall. Whether there are such contacts.
+bool ConstraintSystem::correct_targets() {
+  const auto spins = [this](int number) {
+    return number != ContactProblem::kFixed && members_[static_cast<std::size_t>(number)].spins;
+  };
+  bool corrected = false;
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    Contact& contact = contacts_[i];
+    if (!spins(contact.sides.a) && !spins(contact.sides.b)) continue;
+    corrected = true;
+    const Vector3d expected_v_W = contact.drift_v_W;
+    contact.drift_v_W = drift_of(contact);
+    contact.target_v_W += expected_v_W - contact.drift_v_W;
+  }
+  for (std::size_t i = 0; corrected && i < contacts_.size(); ++i) {
+    const Contact& contact = contacts_[i];
+    problem_.set_target(static_cast<int>(i),
+                        contact.target_v_W + contact.rebound_m_s * contact.constraint->contact.n_W);
+  }
+  return corrected;
 }
 
 /// Newton's law of restitution with friction may make energy (Kane 1984), and so may rebounds of
@@ -347,11 +391,13 @@ void ConstraintSystem::move(const Member& member, const SolverBody& solved) cons
   RigidBody& body = *member.body;
   const bool changes = member.turns && body.is_ballistic();
   const Vector3d gain_W = member.omega_W - body.omega_W();
-  const Vector3d momentum_W =
-      changes ? Vector3d(solved.inertia * member.omega_W) : Vector3d::Zero();
+  const Vector3d momentum_W = solved.inertia * member.omega_W + body.momentum_residue_W();
   body.set_position(body.p_W() + step_s_ * v_W);
   body.set_orientation(rotation_by(step_s_ * member.mean_omega_W) * body.q_WB());
-  body.set_velocity(v_W, changes ? omega_of(body, momentum_W) : member.omega_W);
+  const Vector3d omega_W = changes ? omega_of(body, momentum_W) : member.omega_W;
+  body.set_velocity(v_W, omega_W);
+  // What omega lacks by rounding is kept, so that nothing adds up over many steps.
+  if (changes) body.set_momentum_residue(momentum_W - inertia_in_world(body) * omega_W);
   if (body.is_ballistic()) body.set_omega_gain(gain_W);
 }
 

@@ -5,13 +5,13 @@
 #include <Eigen/Geometry>
 
 #include "world/physics/bodies/contact_constraint.hpp"
-#include "world/physics/bodies/force_guess.hpp"
 #include "world/physics/bodies/rigid_body.hpp"
-#include "world/physics/constraint/contact_material.hpp"
+#include "world/physics/engine/contact_material.hpp"
 #include "world/physics/constraint/contact_problem.hpp"
 #include "world/physics/constraint/contact_solver.hpp"
 #include "world/physics/constraint/contact_solver_parameters.hpp"
 #include "world/physics/constraint/contact_solver_statistics.hpp"
+#include "world/physics/engine/engine.hpp"
 
 namespace aprsim::physics {
 
@@ -35,50 +35,32 @@ struct RowSide {
   }
 };
 
-/// The force of a row, which warm-starts the next step. Rows never use a mean force.
-struct RowForce {
-  ForceGuess<double> guess_n{0};
-  /// In the last step.
-  [[nodiscard]] double last_n() const { return guess_n.last; }
-
-  /// See world/archive/archive.hpp.
-  template <typename Self, typename Io>
-  static void fields(Self& self, Io& io) {
-    auto& [guess_n] = self;
-    io(guess_n);
-  }
-};
-
-/// Some bodies with the joints and contacts between them, advanced together by one step: forces
-/// and gravity change the velocities first, ContactSolver finds the impulses, then each body moves
-/// freely over the step (docs/contact_solver.md). No call allocates after warm-up.
-class ConstraintSystem {
+/// Our own engine: forces and gravity change the velocities first, ContactSolver finds the
+/// impulses, then each body moves freely over the step (docs/contact_solver.md). Joints are rows
+/// (joint_rows.hpp). No call allocates after warm-up.
+class ConstraintSystem final : public Engine {
  public:
-  /// Empties the system. `residual_m_s`: see scene::Physics.
-  void begin(double step_s, const Eigen::Vector3d& gravity_W, double residual_m_s);
-  /// Adds a body that the step moves, and clears its load, which acts in this step.
-  void add_body(RigidBody& body);
+  void begin(const EngineStep& step) override;
+  void add_body(RigidBody& body) override;
+  void add_joint(const FixedJoint& joint) override;
+  void add_joint(const SliderJoint& joint) override;
+  void add_joint(const HingeJoint& joint) override;
+  void add_joint(const RodJoint& joint) override;
+  /// The contact is warm-started with the constraint's guesses.
+  void add_contact(RigidBody* a, RigidBody* b, ContactConstraint& constraint,
+                   const ContactSetting& setting) override;
+  EngineOutcome advance() override;
+  [[nodiscard]] const ContactSolverStatistics* statistics() const override {
+    return &solver_.statistics();
+  }
+
+  [[nodiscard]] double step_s() const { return step_s_; }
   /// A row whose force stays within bounds [N]; `force` becomes what was found.
   void add_row(const RowSide& a, const RowSide& b, double target_m_s, double compliance,
-               double lo_n, double hi_n, RowForce& force);
+               double lo_n, double hi_n, JointForce& force);
   /// A bilateral row, whose force has no bound.
   void add_joint_row(const RowSide& a, const RowSide& b, double target_m_s, double compliance,
-                     RowForce& force);
-  /// Two bodies between which there are contacts, by their numbers in the system.
-  struct Sides {
-    int a = ContactProblem::kFixed, b = ContactProblem::kFixed;
-  };
-  /// Null bodies are the ground; bodies that have not been added are kinematic.
-  [[nodiscard]] Sides sides(RigidBody* a, RigidBody* b);
-  /// A contact, warm-started with the constraint's guesses.
-  void add_contact(ContactConstraint& constraint, const Sides& sides,
-                   const ContactResponse& response);
-
-  /// Solves, moves the bodies, and writes the forces into the contacts' constraints and the
-  /// RowForces.
-  ContactSolver::Outcome advance();
-  /// The course of the last advance().
-  [[nodiscard]] const ContactSolverStatistics& statistics() const { return solver_.statistics(); }
+                     JointForce& force);
 
  private:
   /// A body in the system.
@@ -86,13 +68,19 @@ class ConstraintSystem {
     RigidBody* body = nullptr;
     bool moves = false;  ///< by the solution
     bool turns = false;  ///< enough to matter within the step
+    bool spins = false;  ///< so fast that its motion must be known, not expected
     /// Behind the impulses, and its mean over the step: as expected, then as solved.
     Eigen::Vector3d omega_W, mean_omega_W;
+  };
+  /// Two bodies between which there are contacts, by their numbers in the system.
+  struct Sides {
+    int a = ContactProblem::kFixed, b = ContactProblem::kFixed;
   };
   struct Contact {
     ContactConstraint* constraint = nullptr;
     Sides sides;
     Eigen::Vector3d target_v_W;    ///< without the rebound
+    Eigen::Vector3d drift_v_W;     ///< that the target makes up for
     Eigen::Vector3d surface_v_W;   ///< of a moving surface
     double compliance_m_s_ns = 0;  ///< slip velocity per friction impulse
     double rebound_m_s = 0;
@@ -109,6 +97,8 @@ class ConstraintSystem {
   [[nodiscard]] double drift_of(const RowSide& side, int number) const;
   [[nodiscard]] Eigen::Vector3d drift_of(const Contact& contact) const;
   [[nodiscard]] ContactSolver::Outcome solve();
+  void take_solved_rotations();
+  [[nodiscard]] bool correct_targets();
   [[nodiscard]] ContactSolver::Outcome solve_with_share(double share);
   [[nodiscard]] Work contact_work() const;
   void update_creep(const Contact& contact, const Eigen::Vector3d& impulse_ns) const;
@@ -120,7 +110,7 @@ class ConstraintSystem {
   ContactSolver solver_;
   Eigen::Vector3d gravity_W_ = Eigen::Vector3d::Zero();
   std::vector<Member> members_;  // by number, until the system is solved
-  std::vector<RowForce*> forces_;
+  std::vector<JointForce*> forces_;
   std::vector<Contact> contacts_;
   bool rebounds_ = false;  // of any contact
 };

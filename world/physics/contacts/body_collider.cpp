@@ -265,6 +265,16 @@ Displacement BodyCollider::finger_displacement(const PartOnBody& pair) const {
   return motion;
 }
 
+/// Displacement of a cup: likewise along its approach where it draws.
+Displacement BodyCollider::cup_displacement(const PartOnBody& pair) const {
+  if (!pair.hand.has_suction()) return part_displacement(pair, kMinDisplacement);
+  Displacement motion = part_displacement(pair, kPadLookahead);
+  if (motion.max_m() == 0) {
+    motion.translation_W = kPadLookahead * pair.hand.parts().X_WT().linear().col(2);
+  }
+  return motion;
+}
+
 void BodyCollider::part_on_tray(const PartOnBody& pair, std::vector<Contact>& out) const {
   const GripperPart& box = pair.hand.parts().part(pair.part);
   const Displacement motion =
@@ -291,20 +301,21 @@ void BodyCollider::part_on_tool(const PartOnBody& pair, std::vector<Contact>& ou
 void BodyCollider::cup_on_tray(const PartOnBody& pair, std::vector<Contact>& out) const {
   const GripperParts& parts = pair.hand.parts();
   const std::size_t first = out.size();
-  find_speculative_contacts(
-      part_displacement(pair, kMinDisplacement), kNoGap, out, [&](const Eigen::Isometry3d& D) {
-        gear_tray(parts.cup_solid(), D * parts.X_WT() * kLipToSolid, *pair.free.tray,
-                  pair.free.X_WB, pair.part_id, pair.body, out);
-      });
+  find_speculative_contacts(cup_displacement(pair), kNoGap, out, [&](const Eigen::Isometry3d& D) {
+    gear_tray(parts.cup_solid(), D * parts.X_WT() * kLipToSolid, *pair.free.tray, pair.free.X_WB,
+              pair.part_id, pair.body, out);
+  });
   mark_as_pad(first, out);
 }
 
 /// The lip's rim as that of a solid of revolution.
-void BodyCollider::cup_on_gear(const PartOnBody& pair, std::vector<Contact>& out) {
+void BodyCollider::cup_on_gear(const PartOnBody& pair, std::vector<Contact>& out) const {
   const GripperParts& parts = pair.hand.parts();
   const std::size_t first = out.size();
-  gear_gear(parts.cup_solid(), parts.X_WT() * kLipToSolid, pair.free.gear_shape, pair.free.X_WB,
-            pair.part_id, pair.body, out);
+  find_speculative_contacts(cup_displacement(pair), kNoGap, out, [&](const Eigen::Isometry3d& D) {
+    gear_gear(parts.cup_solid(), D * parts.X_WT() * kLipToSolid, pair.free.gear_shape,
+              pair.free.X_WB, pair.part_id, pair.body, out);
+  });
   mark_as_pad(first, out);
 }
 

@@ -62,10 +62,11 @@ class BodyCollider {
   };
   [[nodiscard]] Displacement part_displacement(const PartOnBody& pair, double least_m) const;
   [[nodiscard]] Displacement finger_displacement(const PartOnBody& pair) const;
+  [[nodiscard]] Displacement cup_displacement(const PartOnBody& pair) const;
   void part_on_tray(const PartOnBody& pair, std::vector<Contact>& out) const;
   void part_on_tool(const PartOnBody& pair, std::vector<Contact>& out) const;
   void cup_on_tray(const PartOnBody& pair, std::vector<Contact>& out) const;
-  static void cup_on_gear(const PartOnBody& pair, std::vector<Contact>& out);
+  void cup_on_gear(const PartOnBody& pair, std::vector<Contact>& out) const;
   void pad_on_gear(const PartOnBody& pair, std::vector<Contact>& out) const;
   void palm_on_gear(const PartOnBody& pair, std::vector<Contact>& out) const;
   [[nodiscard]] Displacement stopped_finger_displacement(const GripperMechanism& hand, int p,

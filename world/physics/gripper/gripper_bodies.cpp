@@ -106,15 +106,15 @@ void GripperBodies::begin_step(const GripperParts& parts, const MountMotion& mou
   }
 }
 
-void GripperBodies::add_to(ConstraintSystem& system, const GripperParts& parts,
-                           const MountMotion& mount, const std::array<FingerMotion, 2>& motion,
+void GripperBodies::add_to(Engine& engine, const GripperParts& parts, const MountMotion& mount,
+                           const std::array<FingerMotion, 2>& motion,
                            const std::array<FingerDrive, 2>& drives) {
   place_carriage(parts, mount);
   for (std::size_t i = 0; joints_.fingers && i < 2; ++i) {
     if (drives[i].extra_n != 0)
       rails_[i].apply_force(bodies_[i + 1], bodies_[0], drives[i].extra_n);
   }
-  GripperConstraints(joints_, moved(), carriage_, step_s_).add_to(system, motion, drives, forces_);
+  GripperConstraints(joints_, moved(), carriage_).add_to(engine, motion, drives, forces_);
 }
 
 /// At the palm's centre, so that the mount sees no lever arm; its velocity takes it to its next

@@ -47,8 +47,8 @@ class GripperBodies {
   /// Turns the bodies' velocities with the mount; `omega_before_W`: its rate in the step before.
   void begin_step(const GripperParts& parts, const MountMotion& mount,
                   const Eigen::Vector3d& omega_before_W);
-  /// Adds bodies, joints, pistons and end stops to a system that is to be solved.
-  void add_to(ConstraintSystem& system, const GripperParts& parts, const MountMotion& mount,
+  /// Adds bodies, joints, pistons and end stops to an engine.
+  void add_to(Engine& engine, const GripperParts& parts, const MountMotion& mount,
               const std::array<FingerMotion, 2>& motion, const std::array<FingerDrive, 2>& drives);
 
   /// The part of the state that changes when a step is solved.

@@ -6,7 +6,7 @@
 #include <Eigen/Geometry>
 
 #include "world/physics/bodies/rigid_body.hpp"
-#include "world/physics/constraint/constraint_system.hpp"
+#include "world/physics/engine/engine.hpp"
 #include "world/physics/gripper/finger_drive.hpp"
 
 namespace aprsim::physics {
@@ -29,10 +29,10 @@ struct GripperJoints {
 
 /// Forces of a gripper's joints in the last step, which warm-start the next one.
 struct GripperForces {
-  std::array<RowForce, 6> mount;
-  std::array<std::array<RowForce, 5>, 2> rail;
-  std::array<RowForce, 2> piston, open_stop, closed_stop;
-  std::array<RowForce, 7> linkage;
+  std::array<JointForce, 6> mount;
+  std::array<std::array<JointForce, 5>, 2> rail;
+  std::array<JointForce, 2> piston, open_stop, closed_stop;
+  std::array<JointForce, 7> linkage;
 
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
@@ -42,25 +42,25 @@ struct GripperForces {
   }
 };
 
-/// The gripper's joints as rows of a ConstraintSystem.
+/// The gripper's joints in an engine.
 class GripperConstraints {
  public:
   static constexpr double kRodLength = 0.05;  // [m]
 
-  GripperConstraints(const GripperJoints& joints, std::span<RigidBody> bodies, RigidBody& carriage,
-                     double step_s)
-      : joints_(joints), bodies_(bodies), carriage_(carriage), step_s_(step_s) {}
+  GripperConstraints(const GripperJoints& joints, std::span<RigidBody> bodies, RigidBody& carriage)
+      : joints_(joints), bodies_(bodies), carriage_(carriage) {}
 
   /// Adds bodies, joints, pistons and end stops at the bodies' present poses.
-  void add_to(ConstraintSystem& system, const std::array<FingerMotion, 2>& motion,
+  void add_to(Engine& engine, const std::array<FingerMotion, 2>& motion,
               const std::array<FingerDrive, 2>& drives, GripperForces& forces) const;
 
  private:
-  void add_mount(ConstraintSystem& system, GripperForces& forces) const;
-  void add_slider(ConstraintSystem& system, std::size_t i, GripperForces& forces) const;
-  void add_drive(ConstraintSystem& system, std::size_t i, const FingerMotion& motion,
-                 const FingerDrive& drive, GripperForces& forces) const;
-  void add_linkage(ConstraintSystem& system, GripperForces& forces) const;
+  static constexpr double kStiffCfm = 1e-9;  // [m/(s N)]
+
+  void add_mount(Engine& engine, GripperForces& forces) const;
+  void add_finger(Engine& engine, std::size_t i, const FingerMotion& motion,
+                  const FingerDrive& drive, GripperForces& forces) const;
+  void add_linkage(Engine& engine, GripperForces& forces) const;
 
   [[nodiscard]] RigidBody& palm() const { return bodies_[0]; }
   [[nodiscard]] RigidBody& finger(std::size_t i) const { return bodies_[i + 1]; }
@@ -69,7 +69,6 @@ class GripperConstraints {
   const GripperJoints& joints_;
   std::span<RigidBody> bodies_;
   RigidBody& carriage_;
-  double step_s_;
 };
 
 }  // namespace aprsim::physics

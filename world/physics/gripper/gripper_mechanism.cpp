@@ -140,8 +140,8 @@ void GripperMechanism::vent_cup() {
   if (cup_) cup_->vent();
 }
 
-void GripperMechanism::add_to(ConstraintSystem& system) {
-  bodies_.add_to(system, parts_, mount_, motion_, drives_);
+void GripperMechanism::add_to(Engine& engine) {
+  bodies_.add_to(engine, parts_, mount_, motion_, drives_);
 }
 
 void GripperMechanism::end_step() {

@@ -78,8 +78,8 @@ class GripperMechanism {
   /// Once a step, with a cup: see SuctionCup.
   void advance_suction(const LipSeal& seal, int body, double share);
   void vent_cup();
-  /// Adds bodies, joints and drives to a system that is to be solved.
-  void add_to(ConstraintSystem& system);
+  /// Adds bodies, joints and drives to an engine.
+  void add_to(Engine& engine);
   /// Sets the parts' poses from the mount or from the solved bodies.
   void end_step();
   /// See GraspMonitor; `touched` by anything.

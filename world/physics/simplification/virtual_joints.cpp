@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <tuple>
 
-#include "world/physics/constraint/constraint_system.hpp"
-
 namespace aprsim::physics {
 namespace {
 
-constexpr double kJointErp = 0.2, kJointCfm = 1e-8;
+constexpr double kJointCfm = 1e-8;  // [m/(s N)]
 
 bool before(const VirtualJoints::Pair& pair, const std::tuple<int, int>& key) {
   return std::tuple(pair.a, pair.b) < key;
@@ -107,36 +105,16 @@ void VirtualJoints::join(int a, int b, const Eigen::Vector3d& force_on_b) {
   pairs_.insert(std::lower_bound(pairs_.begin(), pairs_.end(), std::tuple(a, b), before), pair);
 }
 
-/// A fixed joint as six bilateral rows, translation at b's origin, then rotation.
-void VirtualJoints::add_to(ConstraintSystem& system, std::size_t number) {
+void VirtualJoints::add_to(Engine& engine, std::size_t number) {
   Pair& pair = pairs_[number];
-  using Eigen::Vector3d;
-  const double k = kJointErp / step_s_;
   RigidBody &a = rigid_body(pair.a), &b = rigid_body(pair.b);
-  const Eigen::Matrix3d &R_a = a.R_WB(), &R_b = b.R_WB();
-  const Eigen::Matrix3d R_a0 = pair.X_WA.linear(), R_b0 = pair.X_WB.linear();
-  const Vector3d apart = b.p_W() - a.p_W();
-  const Vector3d joined = pair.X_WB.translation() - pair.X_WA.translation();
-  // Errors against the relative pose when joined: of position, and the small rotation between them.
-  // Error of position in world axes; ERP removes a share of it in each step (Baumgarte 1972
-  // stabilisation).
-  const Vector3d off = apart - R_a * (R_a0.transpose() * joined);
-  // Rotation vector of a small rotation: half the sum of cross products of the axes, as it is and
-  // as wanted.
-  const Eigen::Matrix3d R_a_wanted = R_b * R_b0.transpose() * R_a0;
-  Vector3d turn = Vector3d::Zero();
-  for (int i = 0; i < 3; ++i) turn += 0.5 * R_a.col(i).cross(R_a_wanted.col(i));
-  for (int i = 0; i < 3; ++i) {
-    const Vector3d axis = Vector3d::Unit(i);
-    system.add_joint_row(RowSide::of_point(a, axis, apart),
-                         RowSide::of_point(b, -axis, Vector3d::Zero()), k * off[i], kJointCfm,
-                         pair.forces[static_cast<std::size_t>(i)]);
-  }
-  for (int i = 0; i < 3; ++i) {
-    const Vector3d axis = Vector3d::Unit(i);
-    system.add_joint_row(RowSide::of_turn(a, axis), RowSide::of_turn(b, -axis), k * turn[i],
-                         kJointCfm, pair.forces[static_cast<std::size_t>(i) + 3]);
-  }
+  engine.add_joint(FixedJoint{.a = a,
+                              .b = b,
+                              .X_WA = pair.X_WA,
+                              .X_WB = pair.X_WB,
+                              .lever_W = b.p_W() - a.p_W(),
+                              .compliance = kJointCfm,
+                              .forces = pair.forces});
 }
 
 void VirtualJoints::restore(const State& state) {

@@ -7,7 +7,7 @@
 
 #include "world/physics/bodies/contact_constraint.hpp"
 #include "world/physics/bodies/free_body.hpp"
-#include "world/physics/constraint/constraint_system.hpp"
+#include "world/physics/engine/engine.hpp"
 #include "world/scene/model/scene.hpp"
 
 namespace aprsim::physics {
@@ -25,7 +25,7 @@ class VirtualJoints {
     Eigen::Vector3d contact_force = Eigen::Vector3d::Zero();  // Fc, on b
     Eigen::Isometry3d X_WA = Eigen::Isometry3d::Identity();   ///< when joined
     Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
-    std::array<RowForce, 6> forces;  // on a: force and torque at b's origin, in the last step
+    std::array<JointForce, 6> forces;  // on a: force and torque at b's origin, in the last step
 
     [[nodiscard]] Eigen::Vector3d force_on_b() const {
       return {-forces[0].last_n(), -forces[1].last_n(), -forces[2].last_n()};
@@ -54,8 +54,8 @@ class VirtualJoints {
   /// Increases with every pair that is joined or separated.
   [[nodiscard]] std::uint64_t changes() const { return 2 * next_serial_ - pairs_.size(); }
 
-  /// Adds a pair's joint to a system that is to be solved.
-  void add_to(ConstraintSystem& system, std::size_t pair);
+  /// Adds a pair's joint to an engine.
+  void add_to(Engine& engine, std::size_t pair);
 
   struct State {
     std::vector<Pair> pairs;

@@ -57,7 +57,7 @@ PhysicsStep::PhysicsStep(PhysicsModel& model, BodyPlacement& placement)
 void PhysicsStep::run() {
   results_.max_penetration_m = 0;
   search_.cache().begin_step();
-  solver_.begin_step();
+  solver_.begin_step(results_.count);
   report_.begin_step();
   const int substeps = substep_count();
   substeps > 1 ? run_substeps(substeps) : run_substep(1);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "world/base/simd/vector_clones.hpp"
+#include "world/physics/step/make_engine.hpp"
 
 namespace aprsim::physics {
 namespace {
@@ -74,6 +75,7 @@ void exchange_motion(RigidBody& body, BodyMotion& other) {
 StepSolver::StepSolver(PhysicsModel& model)
     : model_(model),
       islands_(model),
+      engine_(make_engine(model.scene.physics)),
       before_(model.bodies.size()),
       grippers_before_(model.grippers.size()) {
   roots_before_.reserve(model.bodies.size());
@@ -202,30 +204,34 @@ void StepSolver::list_runs() {
 }
 
 void StepSolver::solve_island(int island) {
-  system_.begin(model_.step_s, model_.gravity_W(), model_.scene.physics.residual_m_s);
+  engine_->begin({.step_s = model_.step_s,
+                  .gravity_W = model_.gravity_W(),
+                  .residual_m_s = model_.scene.physics.residual_m_s,
+                  .number = step_number_});
   for (int root = first_root_[index(island)]; root >= 0; root = next_root_[index(root)]) {
-    system_.add_body(model_.body(root).body);
+    engine_->add_body(model_.body(root).body);
   }
   for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
     if (islands_.number_of_gripper(static_cast<int>(r)) != island) continue;
-    if (!model_.grippers[r].idle()) model_.grippers[r].add_to(system_);
+    if (!model_.grippers[r].idle()) model_.grippers[r].add_to(*engine_);
   }
   // Rows are added in a fixed order: gripper, virtual joints, contacts. The solver's sums depend on
   // it.
   if (auto* joints = model_.simplification.virtual_joints()) {
     const auto pairs = joints->pairs();
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-      if (islands_.number_of_root(pairs[i].a) == island) joints->add_to(system_, i);
+      if (islands_.number_of_root(pairs[i].a) == island) joints->add_to(*engine_, i);
     }
   }
   for (int r = first_run_[index(island)]; r >= 0; r = runs_[index(r)].next) {
     add_contacts(runs_[index(r)]);
   }
-  record(system_.advance());
-  if (observer_) observer_(system_.statistics());
+  record(engine_->advance());
+  const ContactSolverStatistics* statistics = engine_->statistics();
+  if (observer_ && statistics != nullptr) observer_(*statistics);
 }
 
-/// Places a touched arm's link at its pose in this step, and derives the contacts' responses.
+/// Places a touched arm's link at its pose in this step.
 void StepSolver::add_contacts(const Run& run) {
   const auto [a, b, fixed] = run.bodies;
   ContactSetting setting{.arm_link = model_.ids.is_link(b),
@@ -239,7 +245,6 @@ void StepSolver::add_contacts(const Run& run) {
   }
   RigidBody *body_a = model_.rigid_body(a), *body_b = model_.rigid_body(b);
   const bool free_a = model_.ids.is_free(a), free_b = model_.ids.is_free(b);
-  const ConstraintSystem::Sides sides = system_.sides(body_a, body_b);
   for (int i = run.first; i < run.end; ++i) {
     ContactConstraint& constraint = model_.constraints[index(i)];
     if (constraint.restitution > 0) {
@@ -255,14 +260,12 @@ void StepSolver::add_contacts(const Run& run) {
     } else {
       setting.normal_speed_m_s = setting.normal_accel_m_s2 = 0;
     }
-    const ContactResponse response = contact_response(constraint, setting);
-    constraint.impact_m2_s2 = response.unanswered_m2_s2;
-    system_.add_contact(constraint, sides, response);
+    engine_->add_contact(body_a, body_b, constraint, setting);
   }
 }
 
-void StepSolver::record(const ContactSolver::Outcome& outcome) {
-  const auto iterations = static_cast<std::uint32_t>(outcome.newton_steps);
+void StepSolver::record(const EngineOutcome& outcome) {
+  const auto iterations = static_cast<std::uint32_t>(outcome.iterations);
   ++work_.solved;
   work_.iterations += iterations;
   memory_.latest.iterations = std::max(memory_.latest.iterations, iterations);

@@ -1,25 +1,31 @@
 #pragma once
 
 #include <compare>
+#include <cstdint>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "world/api/snapshot/solver_work.hpp"
-#include "world/physics/constraint/constraint_system.hpp"
 #include "world/physics/constraint/contact_solver_statistics.hpp"
+#include "world/physics/engine/engine.hpp"
 #include "world/physics/step/islands.hpp"
 
 namespace aprsim::physics {
 
-/// Advances the bodies by one step. Each island is one ConstraintSystem; the contact forces are
-/// written into model.constraints. No call allocates after warm-up.
+/// Advances the bodies by one step. Each island is one solve of the scene's
+/// engine; the contact forces are written into model.constraints. No call allocates after warm-up,
+/// except in ODE.
 class StepSolver {
  public:
   explicit StepSolver(PhysicsModel& model);
 
-  /// Before the first substep of a step.
-  void begin_step() { memory_.latest = {}; }
+  /// Before the first substep of a step; `number` counts the steps before it.
+  void begin_step(std::uint64_t number) {
+    memory_.latest = {};
+    step_number_ = number;
+  }
   /// Records the state before step(), so that undo() can return to it.
   void begin();
   void undo() { exchange(); }
@@ -104,7 +110,7 @@ class StepSolver {
   void list_runs();
   void solve_island(int island);
   void add_contacts(const Run& run);
-  void record(const ContactSolver::Outcome& outcome);
+  void record(const EngineOutcome& outcome);
   void index_last_contacts();
   void match_last_contacts(std::size_t known);
   void reset_guesses(const Run& run, std::size_t known);
@@ -120,7 +126,8 @@ class StepSolver {
 
   PhysicsModel& model_;
   Islands islands_;
-  ConstraintSystem system_;
+  std::unique_ptr<Engine> engine_;
+  std::uint64_t step_number_ = 0;
   // Lists of islands, and of runs by their first body, -1 = none or no more.
   std::vector<int> first_root_, next_root_;  // by island, by root
   std::vector<Run> runs_;

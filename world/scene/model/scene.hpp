@@ -9,6 +9,7 @@
 #include "world/api/description/cell_description.hpp"
 #include "world/api/values/pose.hpp"
 #include "world/scene/model/camera.hpp"
+#include "world/scene/model/ode_settings.hpp"
 #include "world/scene/model/parts.hpp"
 #include "world/scene/model/robot.hpp"
 #include "world/scene/model/tool.hpp"
@@ -60,6 +61,12 @@ enum class Simplification {
   kDormant,        ///< merge; what rests on its carrier also leaves the solver
 };
 
+/// Engine of joints and contacts; see world/physics/engine.
+enum class PhysicsEngine {
+  kAprsim,  ///< our contact solver
+  kOde,     ///< coarse, for comparison with the paper
+};
+
 struct Physics {
   double step_s = 1e-3;
   double gravity_m_s2 = 9.81;
@@ -74,6 +81,8 @@ struct Physics {
   double simplify_speed_m_s = 1e-3;  ///< e1 of Algorithm 1
   double simplify_accel_m_s2 = 0.5;  ///< e2 of Algorithm 1
   double simplify_force_n = 0.3;     ///< e of Algorithm 2
+  PhysicsEngine engine = PhysicsEngine::kAprsim;
+  OdeSettings ode;  ///< of kOde
 };
 
 struct Scene {

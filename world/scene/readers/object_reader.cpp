@@ -337,6 +337,18 @@ class ObjectReader {
   std::map<std::string, Support> supports_;
 };
 
+OdeSettings read_ode_settings(const yaml::Node& node) {
+  constexpr std::int64_t kMostIterations = 10000;
+  OdeSettings ode;
+  const yaml::Map keys = node.map({"stepper", "iterations", "erp", "cfm"});
+  ode.stepper = static_cast<OdeSettings::Stepper>(keys["stepper"].word_or(0, {"quick", "direct"}));
+  ode.iterations =
+      static_cast<int>(keys["iterations"].integer_or(ode.iterations, 1, kMostIterations));
+  ode.erp = keys["erp"].number_or(ode.erp, {.min = 0, .max = 1, .open_min = true});
+  ode.cfm_m_s_n = keys["cfm"].number_or(ode.cfm_m_s_n, {.min = 1e-10, .max = 1e-2});
+  return ode;
+}
+
 }  // namespace
 
 Physics read_physics(const yaml::Node& node) {
@@ -345,7 +357,7 @@ Physics read_physics(const yaml::Node& node) {
   const yaml::Map keys =
       node.map({"step_s", "gravity_m_s2", "friction", "restitution", "rolling_resistance_mm",
                 "spinning_resistance_mm", "residual_m_s", "simplification", "simplify_speed_m_s",
-                "simplify_accel_m_s2", "simplify_force_n"});
+                "simplify_accel_m_s2", "simplify_force_n", "engine", "ode"});
   // The explicit springs of the contact and gripper laws are stable up to 2 ms.
   physics.step_s =
       keys["step_s"].number_or(physics.step_s, {.min = 0, .max = 0.002, .open_min = true});
@@ -367,6 +379,13 @@ Physics read_physics(const yaml::Node& node) {
       keys["simplify_accel_m_s2"].number_or(physics.simplify_accel_m_s2, kPositive);
   physics.simplify_force_n =
       keys["simplify_force_n"].number_or(physics.simplify_force_n, kPositive);
+  physics.engine = static_cast<PhysicsEngine>(keys["engine"].word_or(0, {"aprsim", "ode"}));
+  if (const yaml::Node ode = keys["ode"]) {
+    if (physics.engine != PhysicsEngine::kOde) {
+      ode.error("settings of ODE with the engine aprsim", "engine: ode with them");
+    }
+    physics.ode = read_ode_settings(ode);
+  }
   return physics;
 }
 

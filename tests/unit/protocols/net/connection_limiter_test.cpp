@@ -75,6 +75,17 @@ TEST_F(ConnectionLimiterTest, OneAddressHasItsShareAndReplacesOnlyItsOwnIdleOnes
   EXPECT_EQ(ended_, "A2 ");
 }
 
+TEST_F(ConnectionLimiterTest, OnesThatRestAreIdleUntilTheyAreUsed) {
+  limit({.at_once = 2, .yield_after = 60s});
+  EXPECT_TRUE(take_and_use("A1") && take_and_use("A2"));
+  held_.at("A1").rest();
+  held_.at("A2").rest();
+  use("A1");
+  EXPECT_TRUE(take_and_use("A3"));
+  EXPECT_EQ(ended_, "A2 ");
+  EXPECT_FALSE(take("A4"));
+}
+
 TEST_F(ConnectionLimiterTest, ThisMachineMayHaveThemAll) {
   limit({.at_once = 4, .per_address = 1});
   std::vector<Slot> all;

@@ -244,6 +244,19 @@ TEST_F(Http, IdleSessionsGiveWayToANewcomerViewersDoNot) {
   EXPECT_TRUE(viewer.ask(watch).ok());
 }
 
+TEST_F(Http, ConnectionsBetweenRequestsGiveWayToANewcomer) {
+  options.listener.limits.at_once = 2;
+  start();
+  RawWebClient a(port), b(port);
+  EXPECT_TRUE(has(a.request("GET / HTTP/1.1"), "200"));
+  EXPECT_TRUE(has(b.request("GET / HTTP/1.1"), "200"));
+  EXPECT_TRUE(has(a.request("GET / HTTP/1.1"), "200")) << "it stays open";
+  RawWebClient late(port);
+  EXPECT_TRUE(has(late.request("GET / HTTP/1.1"), "200"));
+  EXPECT_TRUE(b.closed()) << "it has waited longest";
+  EXPECT_TRUE(has(a.request("GET / HTTP/1.1"), "200"));
+}
+
 TEST_F(Http, TheViewerLimitHoldsForManyAtOnce) {
   options.listener.limits.at_once = 300;
   options.max_viewers = 24;

@@ -111,7 +111,7 @@ TEST_F(AccessFiles, ReportsFaultyFiles) {
 }
 
 TEST_F(AccessFiles, AreRefusedWhereOthersReachThem) {
-  for (const mode_t mode : {0640, 0604, 0620, 0666}) {
+  for (const mode_t mode : std::initializer_list<mode_t>{0640, 0604, 0620, 0666}) {
     const std::string message = fault("tokens: []\n", mode);
     EXPECT_EQ(message.find("access.file: " + path + " has mode 6"), 0U) << message;
     EXPECT_NE(message.find("expected 600"), std::string::npos) << message;

@@ -65,7 +65,7 @@ TEST(Exposure, CountsWhatOpensAndRestricts) {
   config.modbus.read_only = true;
   expect(2, "addresses in modbus.allow may view, nobody may command");
   config.web.token = "right-token";
-  for (const std::size_t listener : {1, 4}) {
+  for (const std::size_t listener : std::initializer_list<std::size_t>{1, 4}) {
     expect(listener, "anyone may view, holders of a token or certificate may command according to");
   }
   config.access.allow_anonymous_view = false;
@@ -79,7 +79,7 @@ TEST(Exposure, CountsWhatOpensAndRestricts) {
   EXPECT_EQ(exposures(config, kPorts)[4].find("nothing is encrypted"), std::string::npos);
   config = open_to("10.0.0.7");
   config.access.insecure_control = true;
-  for (const std::size_t listener : {1, 4}) {
+  for (const std::size_t listener : std::initializer_list<std::size_t>{1, 4}) {
     expect(listener, "anyone may command the cell (access.insecure_control)");
   }
 }

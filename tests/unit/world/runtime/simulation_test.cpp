@@ -240,7 +240,7 @@ TEST_F(SimulationTest, ResumeRunsAtTheSetSpeedAndPauseStops) {
 /// Steps are taken in bursts while they are late; the end of a run ends a burst, too.
 TEST_F(SimulationTest, ARunUntilPausesAtItsLastStep) {
   command(api::SetSpeed{api::kMaxSpeed});
-  for (const std::uint64_t steps : {101, 102, 103}) {
+  for (const std::uint64_t steps : std::initializer_list<std::uint64_t>{101, 102, 103}) {
     const std::uint64_t before = simulation.latest()->step;
     const auto ticket = simulation.submit(
         {.endpoint = 3, .body = api::SimulationCommand(api::RunUntil{.steps = steps})});

@@ -289,6 +289,29 @@ TEST_F(SmallScene, SimplificationIsOneOfFourAndDormantByDefault) {
   EXPECT_EQ(read(""), Simplification::kDormant);
 }
 
+TEST_F(SmallScene, TheEngineIsRead) {
+  const auto read = [this](const std::string& keys) {
+    std::string text = small_scene();
+    const std::string at = "  step_s: 0.001\n";
+    text.insert(text.find(at) + at.size(), keys);
+    write("arm.urdf", "<robot/>");
+    const auto scene = load(write("scene.yaml", text));
+    EXPECT_TRUE(scene.has_value()) << scene.error().message;
+    return scene->physics;
+  };
+  EXPECT_EQ(read("").engine, PhysicsEngine::kAprsim);
+  const Physics usual = read("  engine: ode\n");
+  EXPECT_EQ(usual.engine, PhysicsEngine::kOde);
+  EXPECT_EQ(usual.ode.stepper, OdeSettings::Stepper::kQuick);
+  EXPECT_EQ(usual.ode.iterations, 200);
+  const Physics set =
+      read("  engine: ode\n  ode: {stepper: direct, iterations: 20, erp: 0.4, cfm: 1e-5}\n");
+  EXPECT_EQ(set.ode.stepper, OdeSettings::Stepper::kDirect);
+  EXPECT_EQ(set.ode.iterations, 20);
+  EXPECT_EQ(set.ode.erp, 0.4);
+  EXPECT_EQ(set.ode.cfm_m_s_n, 1e-5);
+}
+
 TEST_F(SmallScene, EverythingIsRead) {
   write("arm.urdf", "<robot/>");
   const auto scene = load(write("scene.yaml", small_scene()));

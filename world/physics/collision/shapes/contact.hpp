@@ -33,12 +33,15 @@ struct Contact {
   Eigen::Vector3d n_W = Eigen::Vector3d::UnitZ();
   double depth_m = 0;  ///< > 0 penetrating, < 0 a gap that may close in this step
   SurfacePair pair = SurfacePair::kRobotAny;
+  /// The place is a point of the moving body, such as a corner, and moves with it; else round
+  /// surfaces may roll on.
+  bool carried = false;
 
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
-    auto& [a, b, p_W, n_W, depth_m, pair] = self;
-    io(a, b, p_W, n_W, depth_m, pair);
+    auto& [a, b, p_W, n_W, depth_m, pair, carried] = self;
+    io(a, b, p_W, n_W, depth_m, pair, carried);
   }
   template <typename In>
   void require_valid(In& in) const {

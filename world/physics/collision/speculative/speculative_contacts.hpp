@@ -108,6 +108,20 @@ class CurrentContacts {
     });
   }
 
+  /// The one nearest to a place with nearly the same normal; null = none.
+  [[nodiscard]] const Contact* nearest(const Eigen::Vector3d& p_W,
+                                       const Eigen::Vector3d& n_W) const {
+    const Contact* found = nullptr;
+    for (std::size_t i = 0; i < count_; ++i) {
+      const Contact& other = contacts_[i];
+      if (other.n_W.dot(n_W) <= kSameSide) continue;
+      if (found == nullptr || (other.p_W - p_W).squaredNorm() < (found->p_W - p_W).squaredNorm()) {
+        found = &other;
+      }
+    }
+    return found;
+  }
+
  private:
   std::array<Contact, 16> contacts_;
   std::size_t count_;
@@ -193,7 +207,7 @@ class SpeculativeSweep {
       // earlier, and has been detected there.
       const bool late = max_new_depth_m > 0 && (contact.depth_m > max_new_depth_m || depth_now > 0);
       contact.depth_m = depth_now;
-      contact.p_W -= shift_W;
+      place(contact, shift_W, p_now);
       if (!late && depth_now > kDeepAtPresentPose && !exists_now(contact)) {
         if (!entered || depth_now < entered->depth_m) entered = contact;
       } else if (!late && is_new(contact, known)) {
@@ -206,21 +220,38 @@ class SpeculativeSweep {
     out_.push_back(*entered);
   }
 
+  /// Places a contact of the displaced body at the present pose: at the place relative to the
+  /// body's centre, since a round body rolls on, or at the point of the body, such as a corner. The
+  /// contact of the present pose tells which. It is asked for only where the body turns fast; there
+  /// the places are so far apart that tops would nod and fall.
+  void place(Contact& contact, const Eigen::Vector3d& shift_W, const Eigen::Vector3d& carried_W) {
+    constexpr double kFastTurn = 0.02;  // [rad] of a step
+    const Eigen::Vector3d rolled_W = contact.p_W - shift_W;
+    contact.p_W = rolled_W;
+    if (displacement_.rotation_W.norm() < kFastTurn * displacement_.steps) return;
+    const Contact* now = current().nearest(carried_W, contact.n_W);
+    if (now == nullptr) return;
+    contact.carried = (now->p_W - carried_W).squaredNorm() < (now->p_W - rolled_W).squaredNorm();
+    if (contact.carried) contact.p_W = carried_W;
+  }
+
   /// Not a duplicate of the contacts before this substep.
   [[nodiscard]] bool is_new(const Contact& contact, std::size_t known) const {
     return std::none_of(at(first_), at(known),
                         [&contact](const Contact& other) { return is_duplicate(contact, other); });
   }
 
-  /// Whether the contact exists at the present pose as well. Those contacts are generated on
-  /// demand, since few sweeps need them.
-  [[nodiscard]] bool exists_now(const Contact& contact) {
+  /// Whether the contact exists at the present pose as well.
+  [[nodiscard]] bool exists_now(const Contact& contact) { return current().has(contact); }
+
+  /// Generated on demand, since few sweeps need them.
+  [[nodiscard]] const CurrentContacts& current() {
     if (!current_) {
       const std::size_t known = out_.size();
       generate_(Eigen::Isometry3d::Identity());
       current_.emplace(out_, known);
     }
-    return current_->has(contact);
+    return *current_;
   }
 
   [[nodiscard]] std::vector<Contact>::iterator at(std::size_t i) const {

@@ -266,8 +266,9 @@ TEST(TraceComparison, RepliesArePairedWhenEveryTransactionHasOneNumber) {
     const test::TemporaryDirectory directory;
     file.write(directory.path() + "/a.journal");
     std::vector<std::string> out;
-    for (const Action& action :
-         actions_of(*read_trace(directory.path() + "/a.journal")).at("modbus").actions) {
+    const auto trace = read_trace(directory.path() + "/a.journal");
+    const auto wires = actions_of(*trace);
+    for (const Action& action : wires.at("modbus").actions) {
       out.push_back(action.outcome);
     }
     return out;

@@ -5,6 +5,7 @@
 
 #include "tests/support/parameter_names.hpp"
 #include "tests/unit/world/physics/cell_builder.hpp"
+#include "world/physics/constraint/constraint_system.hpp"
 #include "world/physics/gripper/gripper_mechanism.hpp"
 
 namespace aprsim::physics::test {
@@ -263,7 +264,7 @@ TEST(Gripper, SavedStateComesBackBitForBit) {
     const auto advance = [&](int steps) {
       for (int i = 0; i < steps; ++i) {
         hand.begin_step(X_WF);
-        system.begin(1e-3, Eigen::Vector3d::Zero(), 1e-8);
+        system.begin({});
         hand.add_to(system);
         system.advance();
         hand.end_step();

@@ -1,6 +1,7 @@
 // Invariant of a grasp: a part within the friction limit keeps its place in a hand that turns,
 // about any axis, at any rate, by fingers of either shape and by a cup, in every mode.
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -62,6 +63,45 @@ Bench gear_in_hand(scene::PadShape pad, scene::Simplification mode) {
   return bench;
 }
 
+/// A disc or a tray under a cup, lifted off the stand that it lay on.
+Bench part_under_cup(bool tray, scene::Simplification mode, std::mt19937& random) {
+  std::uniform_real_distribution<> radius(0.02, 0.05), height(0.005, 0.02), mass(0.01, 0.08);
+  constexpr double kCupOverPart = 5e-4;
+  scene::Scene scene = empty_scene();
+  scene.physics.simplification = mode;
+  double top_m = 0;
+  if (tray) {
+    add_tray(scene, "g", "small4", {0, 0}, {});
+    top_m = scene.tray_types.at("small4").thickness_m;
+  } else {
+    scene::GearType disc;
+    disc.name = "disc";
+    disc.disc_radius_m = radius(random);
+    disc.disc_height_m = disc.peg_top_m = top_m = height(random);
+    disc.mass_kg = mass(random);
+    scene.gear_types["disc"] = disc;
+    add_gear(scene, "g", "disc", {});
+  }
+  Pose stand;
+  stand.p.z() = -0.025;
+  scene.fixed.push_back({"stand", {0.2, 0.2, 0.05}, stand});
+  add_hand(scene, {0, 0, top_m + kCupOverPart}).gripper.cup =
+      scene::VacuumCup{.radius_m = 0.012,
+                       .max_vacuum_pa = 60e3,
+                       .free_flow_m3_s = 1e-3,
+                       .evacuation_s = 0.03,
+                       .lip_compliance_m = 2e-3,
+                       .roughness_m = 5e-6};
+  Bench bench(std::move(scene));
+  bench.run(50);
+  bench.move({0, 0, -1.6 * kCupOverPart}, 0.1);
+  bench.grip(0);
+  bench.run(400);
+  bench.move({0, 0, 0.5}, 1);
+  bench.run(200);
+  return bench;
+}
+
 class TurningHand : public ::testing::TestWithParam<scene::Simplification> {};
 
 std::string mode_name(const ::testing::TestParamInfo<scene::Simplification>& info) {
@@ -100,6 +140,31 @@ TEST_P(TurningHand, KeepsAGearInItsPlace) {
     const bool wedged = pad == scene::PadShape::kV;
     EXPECT_LT(drift.m, wedged ? 3e-7 : 1e-9) << (wedged ? "V pads" : "flat pads");
     EXPECT_LT(drift.rad, wedged ? 1e-4 : 1e-7) << (wedged ? "V pads" : "flat pads");
+  }
+}
+
+TEST_P(TurningHand, KeepsAPartOnACup) {
+  std::mt19937 random(18);
+  std::uniform_real_distribution<> any(-1, 1), rate(0.5, 5), angle(0.5, std::numbers::pi);
+  for (const bool tray : {false, false, true}) {
+    Bench bench = part_under_cup(tray, GetParam(), random);
+    ASSERT_TRUE(bench.world->gripper(0).holding);
+    const Isometry3d before = bench.X_TB("g");
+    double farthest = 0;
+    for (int round = 0; round < 10; ++round) {
+      const Vector3d axis = Vector3d(any(random), any(random), any(random)).normalized();
+      const Vector3d point = 0.05 * Vector3d(any(random), any(random), any(random));
+      const double by = angle(random), at = rate(random);
+      turn(bench, axis, point, by, at);
+      farthest = std::max(farthest, drift_of(before, bench.X_TB("g")).m);
+      turn(bench, axis, point, -by, at);
+    }
+    bench.run(200);
+    const Drift drift = drift_of(before, bench.X_TB("g"));
+    EXPECT_TRUE(bench.world->gripper(0).holding);
+    EXPECT_LT(farthest, 1e-5) << (tray ? "tray" : "disc");
+    EXPECT_LT(drift.m, 1e-9) << (tray ? "tray" : "disc");
+    EXPECT_LT(drift.rad, 1e-7) << (tray ? "tray" : "disc");
   }
 }
 

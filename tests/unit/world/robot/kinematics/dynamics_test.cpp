@@ -72,7 +72,7 @@ TEST_P(Dynamics, AgreesWithKdl) {
   KDL::ChainDynParam parameters(kdl, to_kdl(kGravity));
   const auto rows = static_cast<unsigned>(n_);
   KDL::JntArray torques(rows);
-  KDL::JntSpaceInertiaMatrix inertia(rows);
+  KDL::JntSpaceInertiaMatrix inertia(static_cast<int>(n_));
   const KDL::Wrenches none(kdl.getNrOfSegments(), KDL::Wrench::Zero());
   double worst_torque = 0, worst_inertia = 0;
   for (int k = 0; k < 2000; ++k) {

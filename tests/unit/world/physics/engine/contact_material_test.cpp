@@ -1,4 +1,4 @@
-#include "world/physics/constraint/contact_material.hpp"
+#include "world/physics/engine/contact_material.hpp"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include "world/physics/constraint/contact_material.hpp"
+#include "world/physics/engine/contact_material.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -24,22 +24,6 @@ constexpr double kMostCorrecting = 0.5;  // [m/s], at which penetration ends
 constexpr double kSinkRate = 50;         // [1/s], of the remaining slop
 constexpr double kLeastImpact = 0.03;    // [m/s], slower ones give nothing back
 constexpr double kLeastAlong = 0.1;  // share of the belt's axis that lies in the contact's plane
-
-/// Penetration slop: resting bodies keep this depth, and with it their contacts. Trays are shoved,
-/// and need more. Squeezed parts keep their contacts without a slop, and could stick off centre
-/// within one.
-double penetration_slop_m(SurfacePair pair) {
-  switch (pair) {
-    case SurfacePair::kPadGear:
-      return 0;
-    case SurfacePair::kTrayBelt:
-    case SurfacePair::kTrayGround:
-    case SurfacePair::kTrayTray:
-      return 1e-5;
-    default:
-      return 2e-6;
-  }
-}
 
 /// Speed of rebound by Newton's law of impact, such that from where this step ends the body rises
 /// as high as from an impact at the surface: with a = acceleration towards the surface, the
@@ -67,6 +51,19 @@ double rebound_m_s(const ContactConstraint& constraint, const ContactSetting& se
 }
 
 }  // namespace
+
+double penetration_slop_m(SurfacePair pair) {
+  switch (pair) {
+    case SurfacePair::kPadGear:
+      return 0;
+    case SurfacePair::kTrayBelt:
+    case SurfacePair::kTrayGround:
+    case SurfacePair::kTrayTray:
+      return 1e-5;
+    default:
+      return 2e-6;
+  }
+}
 
 ContactResponse contact_response(const ContactConstraint& constraint,
                                  const ContactSetting& setting) {

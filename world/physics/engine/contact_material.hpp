@@ -1,6 +1,7 @@
 #pragma once
 
 #include "world/physics/bodies/contact_constraint.hpp"
+#include "world/physics/engine/contact_setting.hpp"
 
 namespace aprsim::physics {
 
@@ -15,17 +16,10 @@ struct ContactResponse {
   double unanswered_m2_s2 = 0;  ///< energy per mass of an impact that the next step answers
 };
 
-/// Surroundings of a contact in a step.
-struct ContactSetting {
-  bool arm_link = false;  ///< it is with an arm's link
-  Eigen::Vector3d belt_axis_W = Eigen::Vector3d::UnitX();
-  double belt_speed_m_s = 0;
-  double step_s = 1e-3;
-  double flight_step_s = 1e-3;  ///< of the steps in which a body flies to and from the contact
-  /// Along the normal, of a relative to b, before the step; < 0: they approach.
-  double normal_speed_m_s = 0;
-  double normal_accel_m_s2 = 0;  ///< of a relative to b without the contact
-};
+/// Penetration slop: resting bodies keep this depth, and with it their contacts. Trays are shoved,
+/// and need more. Squeezed parts keep their contacts without a slop, and could stick off centre
+/// within one.
+[[nodiscard]] double penetration_slop_m(SurfacePair pair);
 
 [[nodiscard]] ContactResponse contact_response(const ContactConstraint& constraint,
                                                const ContactSetting& setting);
