@@ -78,9 +78,10 @@ class Loader {
 
   Result<Scene> load(Result<yaml::Document> document, bool check_places = true) {
     if (!document) return tl::unexpected(std::move(document.error()));
-    const yaml::Map keys = document->root().map(
-        {"seed", "types", "physics", "pockets", "gear_types", "tray_types", "robot_types", "tools",
-         "robots", "conveyor", "light_curtain", "fixed", "holders", "floor", "trays", "gears"});
+    const yaml::Map keys =
+        document->root().map({"seed", "types", "physics", "pockets", "gear_types", "tray_types",
+                              "robot_types", "tools", "robots", "cameras", "conveyor",
+                              "light_curtain", "fixed", "holders", "floor", "trays", "gears"});
     if (document->error()) return tl::unexpected(*document->error());
     if (auto read = read_type_files(keys["types"]); !read) {
       return tl::unexpected(std::move(read.error()));

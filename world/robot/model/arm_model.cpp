@@ -4,6 +4,7 @@
 #include <console_bridge/console.h>
 #include <filesystem>
 #include <map>
+#include <mutex>
 
 #include <Eigen/Eigenvalues>
 #include <urdf_parser/urdf_parser.h>
@@ -90,6 +91,7 @@ class ModelReader {
       if (!shape) return tl::unexpected(shape.error());
       body.collision.push_back(*shape);
     }
+    for (const auto& visual : source.visual_array) add_visual(*visual, body);
     if (!source.inertial) return {};
     const urdf::Inertial& in = *source.inertial;
     const Eigen::Isometry3d X_LI = X_LC_ * transform(in.origin);
@@ -155,6 +157,27 @@ class ModelReader {
                                   "\" must be a box, cylinder or sphere");
     }
     return out;
+  }
+
+  /// Shapes of mesh files are skipped: nothing depends on looks.
+  void add_visual(const urdf::Visual& visual, Link& body) const {
+    LinkVisual out;
+    out.shape.X_LS = X_LC_ * transform(visual.origin);
+    const urdf::Geometry& geometry = *visual.geometry;
+    if (const auto* box = dynamic_cast<const urdf::Box*>(&geometry)) {
+      out.shape.shape = BoxShape{vector(box->dim)};
+    } else if (const auto* cylinder = dynamic_cast<const urdf::Cylinder*>(&geometry)) {
+      out.shape.shape = CylinderShape{cylinder->radius, cylinder->length};
+    } else if (const auto* sphere = dynamic_cast<const urdf::Sphere*>(&geometry)) {
+      out.shape.shape = SphereShape{sphere->radius};
+    } else {
+      return;
+    }
+    if (visual.material) {
+      const urdf::Color& colour = visual.material->color;
+      out.colour << colour.r, colour.g, colour.b;
+    }
+    body.visual.push_back(out);
   }
 
   /// A revolute joint starts the next rigid body; a fixed one only moves the frame to read in.
@@ -236,6 +259,9 @@ Result<ArmModel> load_arm_model(const std::string& urdf_path) {
   }
   auto reflected = read_reflected_inertias(urdf_path);
   if (!reflected) return tl::unexpected(reflected.error());
+  // The output of urdfdom is the process's: one at a time.
+  static std::mutex one_at_a_time;
+  const std::lock_guard lock(one_at_a_time);
   // urdfdom writes errors to the console; they belong into the error message instead.
   const ParserMessages messages;
   const urdf::ModelInterfaceSharedPtr urdf = urdf::parseURDFFile(urdf_path);

@@ -36,12 +36,19 @@ struct LinkShape {
   std::variant<BoxShape, CapsuleShape, CylinderShape, SphereShape> shape;
 };
 
+/// A shape as it looks; none of a mesh file.
+struct LinkVisual {
+  LinkShape shape;
+  Eigen::Vector3d colour = Eigen::Vector3d::Constant(0.5);  ///< sRGB, 0 to 1
+};
+
 struct Link {
   std::string name;
   double mass_kg = 0;
   Eigen::Vector3d com_L = Eigen::Vector3d::Zero();      ///< centre of mass in link frame
   Eigen::Matrix3d inertia_L = Eigen::Matrix3d::Zero();  ///< about the com, link axes
   std::vector<LinkShape> collision;
+  std::vector<LinkVisual> visual;
 };
 
 /// Revolute joint between links[i] and links[i + 1].
@@ -66,7 +73,7 @@ struct ArmModel {
 /// Reads a URDF file: one chain of revolute joints; fixed joints are merged into their parent, so a
 /// trailing `flange` link must coincide with the last moving link. Rotor inertias come from
 /// rotor_inertia.hpp; a collision cylinder whose name ends in `_capsule` becomes a CapsuleShape.
-/// Not for two threads at once. Errors name the file, the element and what was expected.
+/// Errors name the file, the element and what was expected. Thread: any; one waits for another.
 [[nodiscard]] Result<ArmModel> load_arm_model(const std::string& urdf_path);
 
 }  // namespace aprsim::robot

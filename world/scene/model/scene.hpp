@@ -8,6 +8,7 @@
 
 #include "world/api/description/cell_description.hpp"
 #include "world/api/values/pose.hpp"
+#include "world/scene/model/camera.hpp"
 #include "world/scene/model/ode_settings.hpp"
 #include "world/scene/model/parts.hpp"
 #include "world/scene/model/robot.hpp"
@@ -94,6 +95,7 @@ struct Scene {
   std::map<std::string, GearType> gear_types;
   std::map<std::string, TrayType> tray_types;
   std::vector<Robot> robots;
+  std::vector<Camera> cameras;
   std::vector<Tool> tools;  ///< listed by the scene; tools_of() gives all
   std::optional<Conveyor> conveyor;
   std::optional<api::LightCurtainDescription> light_curtain;

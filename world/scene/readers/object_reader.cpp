@@ -5,6 +5,7 @@
 #include <set>
 
 #include "world/scene/model/part_shapes.hpp"
+#include "world/scene/readers/camera_reader.hpp"
 #include "world/scene/readers/crcl_joint_reader.hpp"
 #include "world/scene/readers/light_curtain_reader.hpp"
 #include "world/scene/readers/reading.hpp"
@@ -394,6 +395,7 @@ BodyNodes read_objects(const yaml::Map& keys, const Types& types, Scene& scene) 
   if (scene.floor) reader.enable_floor();
   for (const yaml::Node& node : keys["tools"].items()) reader.tool(node);
   for (const yaml::Node& node : keys["robots"].items()) reader.robot(node);
+  read_cameras(keys["cameras"], scene);
   if (const yaml::Node node = keys["conveyor"]) reader.conveyor(node);
   for (const yaml::Node& node : keys["fixed"].items()) reader.fixed(node);
   for (const yaml::Node& node : keys["holders"].items()) reader.holder(node);

@@ -15,8 +15,8 @@ struct BodyNodes {
 
 [[nodiscard]] Physics read_physics(const yaml::Node& node);
 
-/// Reads tools, robots, conveyor, fixed, holders, floor, light curtain, trays and gears into
-/// `scene`; types come from `types`.
+/// Reads tools, robots, cameras, conveyor, fixed, holders, floor, light curtain, trays and gears
+/// into `scene`; types come from `types`.
 [[nodiscard]] BodyNodes read_objects(const yaml::Map& keys, const Types& types, Scene& scene);
 
 }  // namespace aprsim::scene

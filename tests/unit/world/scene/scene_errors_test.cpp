@@ -72,7 +72,8 @@ INSTANTIATE_TEST_SUITE_P(
              "you mean max_speed_m_s?)"},
         Case{"unknown_at_top", "seed: 7", "@colour: 7", "colour",
              "found an unknown key, expected one of seed, types, physics, pockets, gear_types, "
-             "tray_types, robot_types, tools, robots, conveyor, light_curtain, fixed, holders, "
+             "tray_types, robot_types, tools, robots, cameras, conveyor, light_curtain, fixed, "
+             "holders, "
              "floor, "
              "trays, gears"},
         Case{"unknown_in_list", "yaw_deg: 90\n", "@yaw_degg: 90\n", "trays[0].yaw_degg",

@@ -1,0 +1,119 @@
+#include "world/render/exposure.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace aprsim::render {
+namespace {
+
+constexpr int kSteps = 4096;
+
+/// sRGB codes (IEC 61966-2-1) of linear shares, with their fractions.
+const std::array<float, kSteps + 1>& codes() {
+  static const std::array<float, kSteps + 1> table = [] {
+    std::array<float, kSteps + 1> out{};
+    for (int i = 0; i <= kSteps; ++i) {
+      const double x = static_cast<double>(i) / kSteps;
+      const double s = x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
+      // In 1/256 of a code: the last bits of pow() differ between libraries.
+      out[static_cast<std::size_t>(i)] = static_cast<float>(std::round(s * 255 * 256) / 256);
+    }
+    return out;
+  }();
+  return table;
+}
+
+/// Steele et al. 2014, splitmix64.
+std::uint64_t mix(std::uint64_t x) {
+  x += 0x9e3779b97f4a7c15U;
+  x = (x ^ (x >> 30U)) * 0xbf58476d1ce4e5b9U;
+  x = (x ^ (x >> 27U)) * 0x94d049bb133111ebU;
+  return x ^ (x >> 31U);
+}
+
+/// Nearly normal, standard deviation 1: the sum of four uniform numbers of 5 bits.
+float normal(std::uint32_t bits) {
+  constexpr float kMean = 62, kDeviation = 18.466185F;
+  const auto sum =
+      (bits & 31U) + ((bits >> 5U) & 31U) + ((bits >> 10U) & 31U) + ((bits >> 15U) & 31U);
+  return (static_cast<float>(sum) - kMean) / kDeviation;
+}
+
+}  // namespace
+
+Exposure::Exposure(const scene::Camera& camera, std::uint64_t seed)
+    : exposure_(static_cast<float>(camera.exposure)),
+      noise_(static_cast<float>(camera.noise)),
+      seed_(mix(seed)) {
+  constexpr double kLeastBlur_px = 0.2, kDeviations = 2.5;
+  kernel_[0] = 1;
+  if (camera.blur_px < kLeastBlur_px) return;
+  reach_ = std::min(kMaxReach, static_cast<int>(std::ceil(kDeviations * camera.blur_px)));
+  std::vector<double> weights;
+  double sum = 0;
+  for (int i = -reach_; i <= reach_; ++i) {
+    weights.push_back(std::exp(-0.5 * i * i / (camera.blur_px * camera.blur_px)));
+    sum += weights.back();
+  }
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    kernel_[i] = static_cast<float>(weights[i] / sum);
+  }
+}
+
+void Exposure::encode(const float* light, int x, int y, std::uint64_t frame,
+                      std::uint8_t* out) const {
+  std::uint64_t bits = 0;
+  if (noise_ > 0) {
+    const std::uint64_t pixel =
+        static_cast<std::uint64_t>(y) << 20U | static_cast<std::uint64_t>(x);
+    bits = mix(seed_ ^ mix(frame) ^ (pixel * 0x9e3779b97f4a7c15U));
+  }
+  for (int c = 0; c < 3; ++c) {
+    const float share = std::clamp(light[c] * exposure_, 0.0F, 1.0F);
+    float code = codes()[static_cast<std::size_t>(share * kSteps + 0.5F)];
+    if (noise_ > 0) {
+      code += noise_ * normal(static_cast<std::uint32_t>(bits >> (20U * static_cast<unsigned>(c))));
+    }
+    out[c] = static_cast<std::uint8_t>(std::clamp(code + 0.5F, 0.0F, 255.0F));
+  }
+}
+
+void Exposure::expose(const Picture<float>& light, int column, int row, std::uint64_t frame,
+                      Picture<std::uint8_t>& out) const {
+  const int x0 = column * TileGrid::kWidth, y0 = row * TileGrid::kHeight;
+  const int x1 = std::min(x0 + TileGrid::kWidth, out.width);
+  const int y1 = std::min(y0 + TileGrid::kHeight, out.height);
+  if (reach_ == 0) {
+    for (int y = y0; y < y1; ++y) {
+      for (int x = x0; x < x1; ++x) encode(light.at(x, y), x, y, frame, out.at(x, y));
+    }
+    return;
+  }
+  // Along the rows, then down the columns.
+  std::array<float, 3 * TileGrid::kWidth*(TileGrid::kHeight + 2 * kMaxReach)> rows;
+  for (int y = y0 - reach_; y < y1 + reach_; ++y) {
+    const int from_y = std::clamp(y, 0, out.height - 1);
+    float* to = rows.data() + 3 * TileGrid::kWidth * (y - y0 + reach_);
+    for (int x = x0; x < x1; ++x, to += 3) {
+      to[0] = to[1] = to[2] = 0;
+      for (int i = -reach_; i <= reach_; ++i) {
+        const float* from = light.at(std::clamp(x + i, 0, out.width - 1), from_y);
+        const float weight = kernel_[static_cast<std::size_t>(i + reach_)];
+        for (int c = 0; c < 3; ++c) to[c] += weight * from[c];
+      }
+    }
+  }
+  for (int y = y0; y < y1; ++y) {
+    for (int x = x0; x < x1; ++x) {
+      float sum[3] = {0, 0, 0};
+      for (int i = 0; i <= 2 * reach_; ++i) {
+        const float* from = rows.data() + 3 * (TileGrid::kWidth * (y - y0 + i) + x - x0);
+        for (int c = 0; c < 3; ++c) sum[c] += kernel_[static_cast<std::size_t>(i)] * from[c];
+      }
+      encode(sum, x, y, frame, out.at(x, y));
+    }
+  }
+}
+
+}  // namespace aprsim::render

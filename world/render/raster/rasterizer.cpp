@@ -1,0 +1,213 @@
+#include "world/render/raster/rasterizer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "world/base/simd/vector_clones.hpp"
+#include "world/render/raster/parallel.hpp"
+
+#if defined(__GNUC__) && !defined(__clang__)
+// No such vector crosses the boundary of this program.
+#pragma GCC diagnostic ignored "-Wpsabi"
+#endif
+
+namespace aprsim::render {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr double kNear_m = 1e-3;
+constexpr int kLanes = 8;
+
+using Lanes [[gnu::vector_size(32), gnu::aligned(32)]] = float;
+using Mask [[gnu::vector_size(32), gnu::aligned(32)]] = int;
+using Owners [[gnu::vector_size(32), gnu::aligned(32)]] = std::uint32_t;
+
+inline Lanes load(const float* from) {
+  Lanes out;
+  std::memcpy(&out, from, sizeof out);
+  return out;
+}
+
+inline bool any(const Mask& mask) {
+  std::uint64_t parts[4];
+  std::memcpy(parts, &mask, sizeof parts);
+  return (parts[0] | parts[1] | parts[2] | parts[3]) != 0;
+}
+
+inline Lanes plane(const Eigen::Vector3f& p, const Lanes& x, const Lanes& y) {
+  return p.x() * x + p.y() * y + p.z();
+}
+
+struct TileRays {
+  const float *x, *y;
+  const Rays::Bounds* rows;
+};
+
+/// Draws one facet into one tile.
+APRSIM_VECTOR_CLONES void draw_facet(const Rasterizer::Facet& facet, std::uint32_t owner,
+                                     const TileRays& rays, float* depths, std::uint32_t* owners) {
+  for (int row = 0; row < TileGrid::kHeight; ++row) {
+    const Rays::Bounds& bounds = rays.rows[row];
+    if (facet.y_max < bounds.y_min || facet.y_min > bounds.y_max) continue;
+    for (int i = row * TileGrid::kWidth; i < (row + 1) * TileGrid::kWidth; i += kLanes) {
+      const Lanes x = load(rays.x + i), y = load(rays.y + i);
+      const Lanes a = plane(facet.edge[0], x, y), b = plane(facet.edge[1], x, y),
+                  c = plane(facet.edge[2], x, y), w = plane(facet.inverse, x, y);
+      const Lanes before = load(depths + i);
+      const Mask seen = (a >= 0) & (b >= 0) & (c >= 0) & (w > before);
+      if (!any(seen)) continue;
+      const Lanes after = seen ? w : before;
+      std::memcpy(depths + i, &after, sizeof after);
+      Owners who;
+      std::memcpy(&who, owners + i, sizeof who);
+      const Owners mine = Owners{} + owner;
+      who = seen ? mine : who;
+      std::memcpy(owners + i, &who, sizeof who);
+    }
+  }
+}
+
+/// Whether a plane's inner side may meet the tile.
+bool may_meet(const Eigen::Vector3f& plane, const Rays::Bounds& tile) {
+  return std::max(plane.x() * tile.x_min, plane.x() * tile.x_max) +
+             std::max(plane.y() * tile.y_min, plane.y() * tile.y_max) + plane.z() >=
+         0;
+}
+
+/// False where the camera sees nothing of it: its back, or it is behind.
+bool make_facet(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
+                Rasterizer::Facet& out) {
+  if (a.z() < kNear_m && b.z() < kNear_m && c.z() < kNear_m) return false;
+  const Eigen::Vector3d n = (b - a).cross(c - a);
+  const double distance = n.dot(a);
+  if (!(distance < 0)) return false;
+  // The planes of an edge have opposite bits in its two triangles: no gap between them.
+  out.edge[0] = c.cross(b).cast<float>();
+  out.edge[1] = a.cross(c).cast<float>();
+  out.edge[2] = b.cross(a).cast<float>();
+  out.inverse = (n / distance).cast<float>();
+  if (a.z() < kNear_m || b.z() < kNear_m || c.z() < kNear_m) {
+    out.x_min = out.y_min = -kInfinity;
+    out.x_max = out.y_max = kInfinity;
+    return true;
+  }
+  constexpr float kMargin = 1e-6F;  // over rounding
+  const Eigen::Vector3d x(a.x() / a.z(), b.x() / b.z(), c.x() / c.z());
+  const Eigen::Vector3d y(a.y() / a.z(), b.y() / b.z(), c.y() / c.z());
+  out.x_min = static_cast<float>(x.minCoeff()) - kMargin;
+  out.x_max = static_cast<float>(x.maxCoeff()) + kMargin;
+  out.y_min = static_cast<float>(y.minCoeff()) - kMargin;
+  out.y_max = static_cast<float>(y.maxCoeff()) + kMargin;
+  return true;
+}
+
+/// Columns or rows of tiles whose directions overlap [low, high]: [first, second).
+std::pair<int, int> overlap(const std::vector<float>& mins, const std::vector<float>& maxs,
+                            float low, float high) {
+  int first = 0, last = static_cast<int>(mins.size());
+  while (first < last && maxs[static_cast<std::size_t>(first)] < low) ++first;
+  while (last > first && mins[static_cast<std::size_t>(last) - 1] > high) --last;
+  return {first, last};
+}
+
+}  // namespace
+
+Rasterizer::Rasterizer(const scene::Lens& lens)
+    : rays_(lens),
+      inverse_depth_(rays_.grid.pixels()),
+      owner_(rays_.grid.pixels(), kNothing),
+      changed_(rays_.grid.tiles()) {}
+
+void Rasterizer::place(Placed& placed, const Placement& at, const Eigen::Isometry3d& X_CW) {
+  placed.at = at;
+  placed.drawn = true;
+  placed.facets.clear();
+  const Eigen::Isometry3d X = X_CW * at.X_W;
+  const auto& triangles = at.mesh->triangles;
+  Facet facet;
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const auto& p = triangles[i].points;
+    if (!make_facet(X * p[0].cast<double>(), X * p[1].cast<double>(), X * p[2].cast<double>(),
+                    facet)) {
+      continue;
+    }
+    facet.triangle = static_cast<std::uint32_t>(i);
+    placed.facets.push_back(facet);
+  }
+  sort_into_tiles(placed);
+}
+
+void Rasterizer::sort_into_tiles(Placed& placed) {
+  const TileGrid& grid = rays_.grid;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> meetings;  // tile, facet
+  std::vector<std::uint32_t>& begin = placed.begin;
+  begin.assign(grid.tiles() + 1, 0);
+  for (std::size_t i = 0; i < placed.facets.size(); ++i) {
+    const Facet& facet = placed.facets[i];
+    const auto [c0, c1] = overlap(rays_.column_min, rays_.column_max, facet.x_min, facet.x_max);
+    const auto [r0, r1] = overlap(rays_.row_min, rays_.row_max, facet.y_min, facet.y_max);
+    for (int row = r0; row < r1; ++row) {
+      for (int column = c0; column < c1; ++column) {
+        const std::size_t tile = grid.tile_at(column, row);
+        const Rays::Bounds& bounds = rays_.tiles[tile];
+        if (facet.x_max < bounds.x_min || facet.x_min > bounds.x_max ||
+            facet.y_max < bounds.y_min || facet.y_min > bounds.y_max ||
+            !may_meet(facet.edge[0], bounds) || !may_meet(facet.edge[1], bounds) ||
+            !may_meet(facet.edge[2], bounds)) {
+          continue;
+        }
+        meetings.emplace_back(static_cast<std::uint32_t>(tile), static_cast<std::uint32_t>(i));
+        ++begin[tile + 1];
+      }
+    }
+  }
+  placed.tiles.assign(grid.tiles(), 0);
+  for (std::size_t tile = 0; tile < grid.tiles(); ++tile) {
+    placed.tiles[tile] = begin[tile + 1] > 0 ? 1 : 0;
+    begin[tile + 1] += begin[tile];
+  }
+  placed.facet_of_tile.resize(meetings.size());
+  std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
+  for (const auto& [tile, facet] : meetings) placed.facet_of_tile[next[tile]++] = facet;
+}
+
+const TileSet& Rasterizer::draw(const std::vector<Placement>& placements,
+                                const Eigen::Isometry3d& X_CW, int threads) {
+  std::fill(changed_.begin(), changed_.end(), std::uint8_t{0});
+  placed_.resize(placements.size());
+  for (std::size_t i = 0; i < placements.size(); ++i) {
+    Placed& placed = placed_[i];
+    if (placed.drawn && placed.at.same(placements[i])) continue;
+    if (placed.drawn) unite(changed_, placed.tiles);
+    place(placed, placements[i], X_CW);
+    unite(changed_, placed.tiles);
+  }
+  std::vector<std::size_t> tiles;
+  for (std::size_t tile = 0; tile < changed_.size(); ++tile) {
+    if (changed_[tile] != 0) tiles.push_back(tile);
+  }
+  for_each_parallel(tiles.size(), threads, [&](std::size_t i) { draw_tile(tiles[i]); });
+  return changed_;
+}
+
+void Rasterizer::draw_tile(std::size_t tile) {
+  const std::size_t first = tile * TileGrid::kPixels;
+  float* const depths = inverse_depth_.data() + first;
+  std::uint32_t* const owners = owner_.data() + first;
+  std::fill_n(depths, TileGrid::kPixels, 0.0F);
+  std::fill_n(owners, TileGrid::kPixels, kNothing);
+  const TileRays rays{rays_.x.data() + first, rays_.y.data() + first,
+                      rays_.rows.data() + tile * TileGrid::kHeight};
+  for (std::size_t k = 0; k < placed_.size(); ++k) {
+    const Placed& placed = placed_[k];
+    for (std::uint32_t i = placed.begin[tile]; i < placed.begin[tile + 1]; ++i) {
+      const std::uint32_t facet = placed.facet_of_tile[i];
+      draw_facet(placed.facets[facet], static_cast<std::uint32_t>(k) << kFacetBits | facet, rays,
+                 depths, owners);
+    }
+  }
+}
+
+}  // namespace aprsim::render

@@ -1,0 +1,228 @@
+#include "world/render/renderer.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "world/render/raster/parallel.hpp"
+#include "world/render/shading.hpp"
+
+namespace aprsim::render {
+namespace {
+
+constexpr std::size_t kMaxLamps = 4;
+
+/// Weights of a facet's corners where a direction meets it.
+Eigen::Vector3f weights(const Rasterizer::Facet& facet, const Eigen::Vector3f& r) {
+  const Eigen::Vector3f out(facet.edge[0].dot(r), facet.edge[1].dot(r), facet.edge[2].dot(r));
+  return out / out.sum();
+}
+
+template <typename Corners>
+Eigen::Vector3f blend(const Corners& corners, const Eigen::Vector3f& weights) {
+  return corners[0] * weights.x() + corners[1] * weights.y() + corners[2] * weights.z();
+}
+
+/// Points that the camera may see: where its rays at the edge and in the middle meet the floor, or
+/// 5 m away.
+std::vector<Eigen::Vector3d> seen_by(const scene::Camera& camera) {
+  constexpr double kFar_m = 5;
+  const Eigen::Isometry3d X_WC = camera.X_WC.isometry();
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i <= 4; ++i) {
+    for (int k = 0; k <= 4; ++k) {
+      const auto direction = camera.lens.direction(
+          {0.25 * i * (camera.lens.width_px - 1), 0.25 * k * (camera.lens.height_px - 1)});
+      if (!direction) continue;
+      const Eigen::Vector3d ray =
+          X_WC.linear() * Eigen::Vector3d(direction->x(), direction->y(), 1);
+      const double to_floor =
+          ray.z() < 0 ? std::max(0.0, X_WC.translation().z()) / -ray.z() : kFar_m;
+      points.emplace_back(X_WC.translation() + std::min(kFar_m, to_floor) * ray);
+    }
+  }
+  if (points.empty()) points.push_back(X_WC.translation());
+  return points;
+}
+
+}  // namespace
+
+std::vector<Lamp> lamps_over(const Eigen::AlignedBox3d& extent) {
+  constexpr double kAbove_m = 2.3, kAside_m = 0.8;
+  const Eigen::AlignedBox3d box =
+      extent.isEmpty() ? Eigen::AlignedBox3d(Eigen::Vector3d::Zero()) : extent;
+  Eigen::Vector3d middle = box.center();
+  middle.z() = box.max().z() + kAbove_m;
+  return {{.p_W = middle + Eigen::Vector3d(-kAside_m, -0.5 * kAside_m, 0),
+           .radius_m = 0.08,
+           .brightness = 0.42F,
+           .distance_m = kAbove_m},
+          {.p_W = middle + Eigen::Vector3d(kAside_m, 0.7 * kAside_m, 0),
+           .radius_m = 0.08,
+           .brightness = 0.30F,
+           .distance_m = kAbove_m}};
+}
+
+Renderer::Renderer(const scene::Camera& camera, const std::vector<Lamp>& lamps, std::uint64_t seed)
+    : camera_(camera),
+      X_WC_(camera.X_WC.isometry()),
+      X_CW_(X_WC_.inverse()),
+      raster_(camera.lens),
+      R_WC_(X_WC_.linear().cast<float>()),
+      eye_W_(X_WC_.translation().cast<float>()),
+      light_(camera.lens.width_px, camera.lens.height_px, 3),
+      exposure_(camera, seed),
+      rgb_(camera.lens.width_px, camera.lens.height_px, 3) {
+  const std::vector<Eigen::Vector3d> lit = seen_by(camera);
+  for (const Lamp& lamp : lamps) {
+    if (shadows_.size() < kMaxLamps) shadows_.emplace_back(lamp, lit);
+  }
+  lit_from_.resize(grid().tiles() * shadows_.size());
+}
+
+std::size_t Renderer::draw(const std::vector<Placement>& placements, std::uint64_t frame,
+                           int threads) {
+  placements_ = placements;
+  R_WP_.resize(placements.size());
+  for (std::size_t i = 0; i < placements.size(); ++i) {
+    R_WP_[i] = placements[i].X_W.linear().cast<float>();
+  }
+  for (ShadowMap& shadow : shadows_) shadow.draw(placements, threads);
+  const TileSet shaded = tiles_to_shade(raster_.draw(placements, X_CW_, threads));
+  std::vector<std::size_t> tiles;
+  for (std::size_t tile = 0; tile < shaded.size(); ++tile) {
+    if (shaded[tile] != 0) tiles.push_back(tile);
+  }
+  for_each_parallel(tiles.size(), threads, [&](std::size_t i) { shade_tile(tiles[i]); });
+  expose(shaded, frame, threads);
+  return tiles.size();
+}
+
+TileSet Renderer::tiles_to_shade(const TileSet& drawn) const {
+  TileSet out = drawn;
+  if (!exposed_) std::fill(out.begin(), out.end(), std::uint8_t{1});
+  for (std::size_t tile = 0; tile < out.size(); ++tile) {
+    for (std::size_t i = 0; i < shadows_.size() && out[tile] == 0; ++i) {
+      if (shadows_[i].changed(lit_from_[tile * shadows_.size() + i])) out[tile] = 1;
+    }
+  }
+  return out;
+}
+
+Eigen::Vector3f Renderer::shade_pixel(std::size_t pixel, int pattern,
+                                      ShadowMap::Spread* spreads) const {
+  const std::uint32_t owner = raster_.owner()[pixel];
+  if (owner == Rasterizer::kNothing) return Eigen::Vector3f::Constant(0.18F);
+  const Rasterizer::Facet& facet = raster_.facet(owner);
+  const Placement& placement = placements_[owner >> Rasterizer::kFacetBits];
+  const Mesh::Triangle& triangle = placement.mesh->triangles[facet.triangle];
+  const Eigen::Vector3f ray(raster_.rays().x[pixel], raster_.rays().y[pixel], 1);
+  const Eigen::Vector3f ray_W = R_WC_ * ray;
+  SurfacePoint point;
+  point.p_W = eye_W_ + ray_W / raster_.inverse_depth()[pixel];
+  point.to_eye_W = -ray_W.normalized();
+  const Eigen::Vector3f w = weights(facet, ray);
+  point.normal_W =
+      (R_WP_[owner >> Rasterizer::kFacetBits] * blend(triangle.normals, w)).normalized();
+  point.material = &placement.mesh->materials[static_cast<std::size_t>(triangle.material)];
+  if (point.material->pattern != Pattern::kPlain) {
+    point.at = blend(triangle.points, w).head<2>();
+    const Eigen::Vector2f pixel_size = camera_.lens.focal_px.cwiseInverse().cast<float>();
+    const Eigen::Vector3f right = ray + Eigen::Vector3f(pixel_size.x(), 0, 0);
+    const Eigen::Vector3f below = ray + Eigen::Vector3f(0, pixel_size.y(), 0);
+    point.per_x = blend(triangle.points, weights(facet, right)).head<2>() - point.at;
+    point.per_y = blend(triangle.points, weights(facet, below)).head<2>() - point.at;
+    point.phase_m = static_cast<float>(placement.phase_m);
+  }
+  return shade(point, shadows_, pattern, spreads);
+}
+
+void Renderer::shade_tile(std::size_t tile) {
+  std::array<ShadowMap::Spread, kMaxLamps> spreads{};
+  const int columns = grid().columns;
+  const int x0 = static_cast<int>(tile) % columns * TileGrid::kWidth;
+  const int y0 = static_cast<int>(tile) / columns * TileGrid::kHeight;
+  for (int i = 0; i < TileGrid::kPixels; ++i) {
+    const int x = x0 + i % TileGrid::kWidth, y = y0 + i / TileGrid::kWidth;
+    if (x >= grid().width || y >= grid().height) continue;
+    const Eigen::Vector3f light =
+        shade_pixel(tile * TileGrid::kPixels + static_cast<std::size_t>(i), x % 4 + 4 * (y % 4),
+                    spreads.data());
+    std::copy_n(light.data(), 3, light_.at(x, y));
+  }
+  for (std::size_t i = 0; i < shadows_.size(); ++i) {
+    lit_from_[tile * shadows_.size() + i] = shadows_[i].range(spreads[i]);
+  }
+}
+
+void Renderer::expose(const TileSet& shaded, std::uint64_t frame, int threads) {
+  const bool everything = !exposed_ || (exposure_.is_noisy() && frame != frame_);
+  exposed_ = true;
+  frame_ = frame;
+  // Light reaches the neighbouring tiles: no kernel is wider than a tile.
+  std::vector<std::size_t> tiles;
+  const int beyond = exposure_.reach_px() > 0 ? 1 : 0;
+  for (int row = 0; row < grid().rows; ++row) {
+    for (int column = 0; column < grid().columns; ++column) {
+      bool due = everything;
+      for (int r = std::max(0, row - beyond); r <= std::min(grid().rows - 1, row + beyond); ++r) {
+        for (int c = std::max(0, column - beyond);
+             c <= std::min(grid().columns - 1, column + beyond); ++c) {
+          due |= shaded[grid().tile_at(c, r)] != 0;
+        }
+      }
+      if (due) tiles.push_back(grid().tile_at(column, row));
+    }
+  }
+  for_each_parallel(tiles.size(), threads, [&](std::size_t i) {
+    const int tile = static_cast<int>(tiles[i]);
+    exposure_.expose(light_, tile % grid().columns, tile / grid().columns, frame, rgb_);
+  });
+}
+
+Picture<float> Renderer::depth() const {
+  Picture<float> out(grid().width, grid().height, 1);
+  for (int y = 0; y < out.height; ++y) {
+    for (int x = 0; x < out.width; ++x) {
+      const float inverse = raster_.inverse_depth()[grid().index(x, y)];
+      *out.at(x, y) = inverse > 0 ? 1 / inverse : 0;
+    }
+  }
+  return out;
+}
+
+Picture<std::uint16_t> Renderer::segments(const std::vector<std::uint16_t>& object_of) const {
+  Picture<std::uint16_t> out(grid().width, grid().height, 1);
+  for (int y = 0; y < out.height; ++y) {
+    for (int x = 0; x < out.width; ++x) {
+      const std::uint32_t owner = raster_.owner()[grid().index(x, y)];
+      if (owner != Rasterizer::kNothing) {
+        *out.at(x, y) = object_of.at(owner >> Rasterizer::kFacetBits);
+      }
+    }
+  }
+  return out;
+}
+
+Eigen::Vector3f Renderer::normal_at(std::size_t pixel) const {
+  const std::uint32_t owner = raster_.owner()[pixel];
+  if (owner == Rasterizer::kNothing) return Eigen::Vector3f::Zero();
+  const Rasterizer::Facet& facet = raster_.facet(owner);
+  const Placement& placement = placements_[owner >> Rasterizer::kFacetBits];
+  const Eigen::Vector3f ray(raster_.rays().x[pixel], raster_.rays().y[pixel], 1);
+  return (R_WP_[owner >> Rasterizer::kFacetBits] *
+          blend(placement.mesh->triangles[facet.triangle].normals, weights(facet, ray)))
+      .normalized();
+}
+
+Picture<float> Renderer::normals() const {
+  Picture<float> out(grid().width, grid().height, 3);
+  for (int y = 0; y < out.height; ++y) {
+    for (int x = 0; x < out.width; ++x) {
+      const Eigen::Vector3f normal = normal_at(grid().index(x, y));
+      std::copy_n(normal.data(), 3, out.at(x, y));
+    }
+  }
+  return out;
+}
+
+}  // namespace aprsim::render

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "world/render/exposure.hpp"
+#include "world/render/picture.hpp"
+#include "world/render/raster/rasterizer.hpp"
+#include "world/render/raster/shadow_map.hpp"
+#include "world/scene/model/camera.hpp"
+
+namespace aprsim::render {
+
+/// Lamps of a cell that extends over this box: one to each side, above everything.
+[[nodiscard]] std::vector<Lamp> lamps_over(const Eigen::AlignedBox3d& extent);
+
+/// The pictures of one camera. Only tiles over which something moved, or its shadow, are drawn
+/// again. The pictures are the same bits for the same placements, frame number and seed, whatever
+/// was drawn before and with any number of threads. Thread: one at a time.
+class Renderer {
+ public:
+  Renderer(const scene::Camera& camera, const std::vector<Lamp>& lamps, std::uint64_t seed);
+
+  /// Draws the placements, which keep their order and meshes. `frame`: number of its noise.
+  /// Returns how many tiles were drawn.
+  std::size_t draw(const std::vector<Placement>& placements, std::uint64_t frame, int threads = 1);
+
+  [[nodiscard]] const scene::Camera& camera() const { return camera_; }
+  [[nodiscard]] std::size_t tiles() const { return grid().tiles(); }
+  // Results of the last draw().
+  [[nodiscard]] const Picture<std::uint8_t>& rgb() const { return rgb_; }
+  /// Distance along the view [m], 0 = nothing there.
+  [[nodiscard]] Picture<float> depth() const;
+  /// The value of each pixel's placement in `object_of`; 0 where there is none.
+  [[nodiscard]] Picture<std::uint16_t> segments(const std::vector<std::uint16_t>& object_of) const;
+  /// Unit normals in the world; 0 where there is nothing.
+  [[nodiscard]] Picture<float> normals() const;
+
+ private:
+  [[nodiscard]] const TileGrid& grid() const { return raster_.rays().grid; }
+  [[nodiscard]] Eigen::Vector3f normal_at(std::size_t pixel) const;
+  void shade_tile(std::size_t tile);
+  Eigen::Vector3f shade_pixel(std::size_t pixel, int pattern, ShadowMap::Spread* spreads) const;
+  [[nodiscard]] TileSet tiles_to_shade(const TileSet& drawn) const;
+  void expose(const TileSet& shaded, std::uint64_t frame, int threads);
+
+  scene::Camera camera_;
+  Eigen::Isometry3d X_WC_, X_CW_;
+  Rasterizer raster_;
+  std::vector<ShadowMap> shadows_;
+  std::vector<ShadowMap::Range> lit_from_;  // of each tile, one a lamp
+  std::vector<Placement> placements_;
+  std::vector<Eigen::Matrix3f> R_WP_;  // of the placements
+  Eigen::Matrix3f R_WC_;
+  Eigen::Vector3f eye_W_;
+  Picture<float> light_;
+  Exposure exposure_;
+  Picture<std::uint8_t> rgb_;
+  std::uint64_t frame_ = 0;
+  bool exposed_ = false;
+};
+
+}  // namespace aprsim::render
