@@ -15,6 +15,8 @@ using Eigen::Vector3d;
 constexpr double kFriction = 2;    // nothing slides before it topples
 constexpr double kWatched = 3;     // [s]
 constexpr double kToppled = 0.03;  // of a body's axis from the normal of the slope [rad]
+// Depths at which trays and gears rest upon each other [m]. From above them a pillar would fall.
+constexpr double kTrayDepth = 1e-5, kGearDepth = 2e-6;
 
 void add_bodies(scene::Scene& scene, const Pillar& pillar, const Isometry3d& X_WS) {
   scene::GearType disc;
@@ -33,7 +35,9 @@ void add_bodies(scene::Scene& scene, const Pillar& pillar, const Isometry3d& X_W
   for (int i = 0; i < pillar.count; ++i) {
     Isometry3d X = X_WS;
     // The frame of a slab is in its top face, that of a disc in its underside.
-    X.translation() += (i + (pillar.slabs ? 1 : 0)) * pillar.thickness_m * X_WS.linear().col(2);
+    const double height_m = (i + (pillar.slabs ? 1 : 0)) * pillar.thickness_m -
+                            (i + 1) * (pillar.slabs ? kTrayDepth : kGearDepth);
+    X.translation() += height_m * X_WS.linear().col(2);
     const std::string name = "body" + std::to_string(i);
     if (pillar.slabs) {
       scene.trays.push_back({.name = name, .type = "body", .X_WP = Pose::from(X)});
