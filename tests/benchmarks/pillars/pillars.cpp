@@ -103,10 +103,9 @@ int run(int argc, char** argv) {
       "body's axis is 0.03 rad off the normal within 3 s. The slope of the onset by halving, to "
       "1e-4 of its closed form, atan(2 R / (n h)).");
   experiment.note(
-      "Drops: discs of 8 to 50 mm, half of them equal, some upon hubs, 0 or 1e-12 to 1e-3 m off "
-      "the axis, tilted by 0 or 1e-9 to 1e-3 rad, from 0 to 5 mm, restitution up to 0.5, all "
-      "modes. "
-      "Passed: more than 1 mm lower than upon the other disc after 0.5 s.");
+      "Drops: discs of 8 to 50 mm, half of them equal, some upon hubs. They fall from 0 to 5 mm, "
+      "0 or 1e-12 to 1e-3 m off the axis, tilted by 0 or 1e-9 to 1e-3 rad. Restitution up to 0.5, "
+      "all modes. Passed: more than 1 mm lower than upon the other disc after 0.5 s.");
   return experiment.finish();
 }
 

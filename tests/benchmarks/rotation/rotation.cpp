@@ -98,8 +98,9 @@ int run(int argc, char** argv) {
       "Free: slabs and gears of random size turn about any axis at 1 to 60 rad/s for ten minutes "
       "without gravity, in all modes in turns; greatest errors at any second.");
   experiment.note(
-      "Tops: a disc of 30 to 50 mm on the point of a cone, 15 to 30 mm below it, tilted by 0.1 to "
-      "0.4 rad, spins at 100 to 200 rad/s on a plate for 10 s. It starts in regular precession, or "
+      "Tops: a disc of 30 to 50 mm on the point of a cone, 15 to 30 mm below it, tilted by 0.1 rad "
+      "or more. It spins at 100 to 200 rad/s on a plate for 10 s, and its disc stays clear. It "
+      "starts in regular precession, or "
       "with spin alone, so that it nods. Friction 1 keeps the point where it stands; without "
       "friction the centre of mass moves along the vertical alone. Equations of the symmetric top, "
       "integrated in steps of 50 us. Tilt: difference of the least and of the greatest tilt in the "

@@ -177,8 +177,9 @@ int run(int argc, char** argv) {
   experiment.record("tray_grip.steps_unsettled", unsettled, "count");
   experiment.note(
       "Random slabs of 15 to 24 cm and 8 to 18 mm, 0.1 to 0.6 kg, stand on a table. Fingers of 20 "
-      "to 100 N, flat or V, hold 4 to 20 mm of an edge, up to 30 mm off its middle, yawed by up to "
-      "0.2 rad, the hand up to 1 mm off the edge's height; all modes, steps of 0.25 to 2 ms. "
+      "to 100 N, flat or V, hold 4 to 20 mm of an edge, up to 30 mm off its middle. The hand is "
+      "yawed "
+      "by up to 0.2 rad and up to 1 mm off the edge's height. All modes, steps of 0.25 to 2 ms. "
       "Readings of 1000 steps from 1 s after the command to close on.");
   return experiment.finish();
 }
