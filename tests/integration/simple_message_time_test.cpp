@@ -96,7 +96,6 @@ TEST(SimpleMessageTime, EveryStateOfThePeriodComesBeforeTheReply) {
   }
   // Feedback and status each 25 ms; the last one is sent beside the last reply.
   EXPECT_GE(state.messages(), 2 * 39);
-  EXPECT_LE(state.messages(), 2 * 41);
 }
 
 TEST(SimpleMessageTime, APointThatWaitsPassesTime) {

@@ -120,6 +120,7 @@ struct TestedElsewhere {
 constexpr TestedElsewhere kTestedElsewhere[] = {
     {"server/run", "tests/fresh", "enter server/run"},
     {"tests/run", "tests/fresh", "enter tests/run"},
+    {"server/lab", "tests/integration/laboratory/test_lab.py", "\"server\" / \"lab\""},
     {"aprsimd --scene workbench.yaml", "tests/integration/cli/readme_test.cpp", "kDaemon"},
     {"clients/kitting/kitting", "tests/integration/kitting/test_cell.py", "whole jobs"},
     {"python3 -m venv", "tests/integration/python/test_install.py", "python3 -m venv"},
