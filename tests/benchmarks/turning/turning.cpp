@@ -140,8 +140,9 @@ int run(int argc, char** argv) {
   all_modes(experiment);
   other_steps(experiment);
   experiment.note(
-      "Hands turn there and back about any axis through any point within 0.1 m of the tool tip: "
-      "0.2 to 2 rad, rate up to 2 to 6 rad/s, angular acceleration up to 20 to 60 rad/s2, quintic "
+      "Hands turn there and back about any axis through any point within 0.1 m of the tool tip. "
+      "Each turn has 0.2 to 2 rad, a rate up to 2 to 6 rad/s, angular acceleration up to 20 to 60 "
+      "rad/s2, quintic "
       "profile. Gear of 19 g by its peg and tray of 0.2 kg by its edge between pads of 60 N and "
       "friction 0.7; disc of 50 g under a cup that draws 27 N. The loads stay below a third of "
       "the friction limit. The drift is the distance between the places in the hand, each after "
