@@ -1,6 +1,7 @@
 #include "world/physics/constraint/constraint_system.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "world/physics/bodies/free_rotation.hpp"
@@ -36,6 +37,14 @@ Vector3d arc_velocity(const Vector3d& omega, const Vector3d& lever, double step_
                                     : (1 - std::cos(angle)) / a2;
   const Vector3d across = omega.cross(lever);
   return sine * across + step_s * cosine * omega.cross(across);
+}
+
+/// The rotation that two bodies have in common: the least between theirs.
+Vector3d common(const Vector3d& omega_a, const Vector3d& omega_b) {
+  const Vector3d between = omega_b - omega_a;
+  const double length2 = between.squaredNorm();
+  if (length2 == 0) return omega_a;
+  return omega_a + std::clamp(-omega_a.dot(between) / length2, 0.0, 1.0) * between;
 }
 
 /// Inertia about the centre of mass in world axes.
@@ -145,19 +154,25 @@ void ConstraintSystem::add_joint_row(const RowSide& a, const RowSide& b, double 
 /// although these velocities agree.
 Vector3d ConstraintSystem::drift_of(const Contact& contact) const {
   const Vector3d &p = contact.constraint->contact.p_W, &n = contact.constraint->contact.n_W;
-  Vector3d drift = Vector3d::Zero(), arc = Vector3d::Zero();
-  const auto add = [&](int number, double sign) {
+  Vector3d drift = Vector3d::Zero(), arc = Vector3d::Zero(), levers = Vector3d::Zero();
+  std::array<Vector3d, 2> omega_W = {Vector3d::Zero(), Vector3d::Zero()};
+  const auto add = [&](int number, double sign, Vector3d& omega) {
     if (number == ContactProblem::kFixed) return;
     const Member& member = members_[static_cast<std::size_t>(number)];
-    if (!member.turns) return;
     const Vector3d lever = p - member.body->p_W();
-    drift += sign * (member.mean_omega_W - member.omega_W).cross(lever);
-    arc += sign * arc_velocity(member.mean_omega_W, lever, step_s_);
+    levers += sign * lever;
+    if (!member.turns) return;
+    omega = member.mean_omega_W;
+    drift += sign * (omega - member.omega_W).cross(lever);
+    arc += sign * arc_velocity(omega, lever, step_s_);
   };
-  add(contact.sides.a, 1);
-  add(contact.sides.b, -1);
-  // Where a round surface rolls on, the point that touched leaves along the normal.
-  return drift + (contact.constraint->contact.carried ? arc : tangential(arc, n));
+  add(contact.sides.a, 1, omega_W[0]);
+  add(contact.sides.b, -1, omega_W[1]);
+  if (contact.constraint->contact.carried) return drift + arc;
+  // Where a round surface rolls on, the point that touched leaves along the normal. Surfaces that
+  // turn together do not part.
+  const Vector3d together = arc_velocity(common(omega_W[0], omega_W[1]), levers, step_s_);
+  return drift + tangential(arc, n) + together.dot(n) * n;
 }
 
 void ConstraintSystem::add_joint(const FixedJoint& joint) { add_rows(joint, *this); }
