@@ -16,9 +16,11 @@ constexpr Stiffness kHard = {0.2, 1e-6};
 // see the force of an immovable object.
 constexpr Stiffness kArm = {0.45, 4.5e-3};
 
-// Compliance of sticking friction over that of the normal. Several contacts hold a part more often
-// than needed: where their displacements disagree, friction shares the load without a slip.
-constexpr double kFrictionCompliance = 5e-3;
+// Velocity per force of sticking friction [m/s per N]. Several contacts hold a part more often than
+// needed: where their displacements disagree, friction shares the load. It is far stiffer than any
+// surface of 1 mm, but no stiffer than fingers on their rails: else some contacts of a pad would
+// reach their cones while others bear nothing.
+constexpr double kFrictionCompliance = 5e-8;
 
 constexpr double kMostCorrecting = 0.5;  // [m/s], at which penetration ends
 constexpr double kSinkRate = 50;         // [1/s], of the remaining slop
@@ -74,7 +76,7 @@ ContactResponse contact_response(const ContactConstraint& constraint,
   ContactResponse response;
   response.compliance_m_s_n = stiffness.compliance_m_s_n;
   if (!setting.arm_link) {
-    response.friction_compliance_m_s_n = kFrictionCompliance * stiffness.compliance_m_s_n;
+    response.friction_compliance_m_s_n = kFrictionCompliance;
   }
   // Within the slop a body sinks slowly; by its weight alone, against the soft normal, that would
   // take minutes.
