@@ -63,12 +63,17 @@ bool CrclArm::move(const Eigen::Isometry3d& X_WT, bool straight) {
                     vector("ZAxis", X_RT.linear().col(2))));
   } catch (const std::runtime_error& error) {
     if (std::string(error.what()).find("CRCL_Error") == std::string::npos) throw;
+    // A robot that has refused a command stays in error until it is initialized.
+    client_->run("InitCanonType");
+    set_speed(speed_m_s_, speed_rad_s_);
     return false;
   }
   return true;
 }
 
 void CrclArm::set_speed(double m_s, double rad_s) {
+  speed_m_s_ = m_s;
+  speed_rad_s_ = rad_s;
   client_->run("SetTransSpeedType",
                fmt::format("<TransSpeed xsi:type=\"TransSpeedAbsoluteType\"><Setting>{}</Setting>"
                            "</TransSpeed>",

@@ -20,7 +20,7 @@ class CrclArm {
   CrclArm(const CrclArm&) = delete;
   CrclArm& operator=(const CrclArm&) = delete;
 
-  /// Moves the tool; false when the robot refuses the target.
+  /// Moves the tool; false when the robot refuses the target. It may then have moved in part.
   bool move(const Eigen::Isometry3d& X_WT, bool straight);
   void set_speed(double m_s, double rad_s);
   void set_gripper(double setting);
@@ -35,6 +35,7 @@ class CrclArm {
  private:
   world::Simulation simulation_;
   std::size_t robot_, part_ = 0;
+  double speed_m_s_ = 0, speed_rad_s_ = 0;
   std::unique_ptr<crcl_server::CrclServer> server_;
   std::unique_ptr<test::CrclTextClient> client_;
 };

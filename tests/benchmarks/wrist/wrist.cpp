@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <random>
+#include <stdexcept>
 #include <vector>
 
 #include <spdlog/spdlog.h>
@@ -83,6 +84,11 @@ void put_back(CrclArm& arm, const Isometry3d& grip) {
   arm.move(raised(grip, kLift), true);
 }
 
+/// Looks compare places at the same pose.
+void go_back(CrclArm& arm, const Isometry3d& over) {
+  if (!arm.move(over, false)) throw std::runtime_error("the robot does not get back");
+}
+
 /// Swings of the wrist about any axis, there and back; the drift after each.
 struct Swings {
   std::vector<double> drifts_m;
@@ -101,7 +107,7 @@ Swings swing(const Picker& picker, int count) {
   for (int i = 1; i <= count; ++i) {
     const Isometry3d turned = over * Eigen::AngleAxisd(dice.between(0.2, kSwing), dice.direction());
     out.refused += arm.move(turned, false) ? 0 : 1;
-    arm.move(over, false);
+    go_back(arm, over);
     arm.dwell(kSettling);
     out.drifts_m.push_back(distance(start, arm.place()));
     if (i == std::min(kFirst, count)) settled = arm.place();
@@ -131,7 +137,7 @@ Picks pick_often(const Picker& picker, int count) {
       aim.translation() += dice.between(0, kAside) * dice.direction();
       out.refused += arm.move(aim, dice.between(0, 1) < 0.5) ? 0 : 1;
     }
-    arm.move(over, false);
+    go_back(arm, over);
     arm.dwell(kSettling);
     out.drifts_m.push_back(distance(start, arm.place()));
     out.lost += arm.holding() ? 0 : 1;
