@@ -3,6 +3,8 @@
 #include <cassert>
 #include <cmath>
 
+#include <Eigen/LU>
+
 namespace aprsim::physics {
 namespace {
 
@@ -38,6 +40,7 @@ void RigidBody::set_mass(double mass_kg, const Eigen::Matrix3d& inertia_B) {
   assert(mass_kg > 0);
   mass_kg_ = mass_kg;
   inertia_B_ = inertia_B.selfadjointView<Eigen::Upper>();
+  inverse_inertia_B_ = inertia_B_.inverse();
 }
 
 }  // namespace aprsim::physics

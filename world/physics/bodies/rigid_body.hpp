@@ -64,6 +64,7 @@ class RigidBody {
   void set_mass(double mass_kg, const Eigen::Matrix3d& inertia_B);
   [[nodiscard]] double mass_kg() const { return mass_kg_; }
   [[nodiscard]] const Eigen::Matrix3d& inertia_B() const { return inertia_B_; }
+  [[nodiscard]] const Eigen::Matrix3d& inverse_inertia_B() const { return inverse_inertia_B_; }
 
   /// Whether gravity and the gyroscopic torque act on the body.
   void set_ballistic(bool ballistic) { ballistic_ = ballistic; }
@@ -95,6 +96,7 @@ class RigidBody {
   Eigen::Matrix3d R_WB_ = Eigen::Matrix3d::Identity();  // of motion_.q_WB
   double mass_kg_ = 0;
   Eigen::Matrix3d inertia_B_ = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d inverse_inertia_B_ = Eigen::Matrix3d::Zero();
   Eigen::Vector3d force_W_ = Eigen::Vector3d::Zero(), torque_W_ = Eigen::Vector3d::Zero();
   bool ballistic_ = true;
   int system_index_ = -1;

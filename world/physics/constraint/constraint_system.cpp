@@ -22,21 +22,41 @@ constexpr double kConeRounding = 1e-6;      // relative distance of sliding fric
 constexpr double kLeastTurn = 1e-8;
 constexpr double kFastTurn = 0.03;  // [rad] of a step
 
-Vector3d tangential(const Vector3d& v, const Vector3d& n) { return v - v.dot(n) * n; }
+inline Vector3d tangential(const Vector3d& v, const Vector3d& n) { return v - v.dot(n) * n; }
 
-/// How much farther a body's point at `lever` from its centre of mass gets in a step than its
-/// velocity at the start takes it, by the step: (exp(h [omega]) - 1) r / h - omega x r. A rigid
+/// A vector across `n` after a small turn about it. The error, of third order in the angle, is one
+/// of the creep: nanometres.
+Vector3d turned(const Vector3d& v, double angle, const Vector3d& n) {
+  return (1 - 0.5 * angle * angle) * v + angle * n.cross(v);
+}
+
+/// How much farther a body's point gets in a step than its velocity at the start takes it, by the
+/// step and by its lever from the centre of mass: (exp(h [omega]) - 1) / h - [omega]. A rigid
 /// motion bends the path of every point; levers are those of the step's start.
-Vector3d arc_velocity(const Vector3d& omega, const Vector3d& lever, double step_s) {
-  const double angle = step_s * omega.norm();
-  // Rodrigues' formula; its factors as series, which hold to rounding below 0.1 rad.
-  const double a2 = angle * angle;
-  const double sine =
-      angle < 0.1 ? -a2 / 6 * (1 - a2 / 20 * (1 - a2 / 42)) : std::sin(angle) / angle - 1;
-  const double cosine = angle < 0.1 ? 0.5 * (1 - a2 / 12 * (1 - a2 / 30 * (1 - a2 / 56)))
-                                    : (1 - std::cos(angle)) / a2;
-  const Vector3d across = omega.cross(lever);
-  return sine * across + step_s * cosine * omega.cross(across);
+Matrix3d arc_matrix(const Vector3d& omega, double step_s) {
+  constexpr double kSeries = 1e-3;  // [rad^2]; below, the series hold to rounding
+  const double x = omega.x(), y = omega.y(), z = omega.z();
+  const double rate2 = x * x + y * y + z * z, a2 = step_s * step_s * rate2;
+  // Rodrigues' formula: (sin a / a - 1) [omega] + h (1 - cos a) / a^2 [omega]^2.
+  double sine = a2 * (-1.0 / 6 + a2 * (1.0 / 120 - a2 * (1.0 / 5040)));
+  double cosine = 0.5 - a2 * (1.0 / 24 - a2 * (1.0 / 720 - a2 * (1.0 / 40320)));
+  if (a2 > kSeries) {
+    const double a = std::sqrt(a2);
+    sine = std::sin(a) / a - 1;
+    cosine = (1 - std::cos(a)) / a2;
+  }
+  const double c = step_s * cosine, xy = c * x * y, xz = c * x * z, yz = c * y * z;
+  Matrix3d out;
+  out << c * (x * x - rate2), xy - sine * z, xz + sine * y,  //
+      xy + sine * z, c * (y * y - rate2), yz - sine * x,     //
+      xz - sine * y, yz + sine * x, c * (z * z - rate2);
+  return out;
+}
+
+Matrix3d cross_matrix(const Vector3d& v) {
+  Matrix3d out;
+  out << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return out;
 }
 
 /// The rotation that two bodies have in common: the least between theirs.
@@ -55,7 +75,7 @@ Matrix3d inertia_in_world(const RigidBody& body) {
 /// The angular velocity that belongs to an angular momentum.
 Vector3d omega_of(const RigidBody& body, const Vector3d& momentum_W) {
   const Matrix3d& R = body.R_WB();
-  return R * (body.inertia_B().inverse() * (R.transpose() * momentum_W));
+  return R * (body.inverse_inertia_B() * (R.transpose() * momentum_W));
 }
 
 }  // namespace
@@ -67,6 +87,7 @@ void ConstraintSystem::begin(const EngineStep& step) {
   forces_.clear();
   contacts_.clear();
   rebounds_ = false;
+  last_pair_ = {};
   problem_.clear();
 }
 
@@ -93,6 +114,7 @@ void ConstraintSystem::add_member(RigidBody& body, bool moves) {
   member.omega_W = member.mean_omega_W = body.omega_W();
   if (!moves || !body.is_ballistic()) {
     member.turns = turns(member.omega_W);
+    if (member.turns) member.arc_W = arc_matrix(member.mean_omega_W, step_s_);
     return;
   }
   const Vector3d& gain = body.omega_gain_W();
@@ -103,6 +125,14 @@ void ConstraintSystem::add_member(RigidBody& body, bool moves) {
   const SolverBody& solved = problem_.at(static_cast<int>(members_.size()) - 1);
   const Vector3d torque = (solved.inertia * member.omega_W).cross(member.omega_W);
   member.mean_omega_W = member.omega_W + 0.5 * step_s_ * (solved.inverse_inertia * torque);
+  member.arc_W = arc_matrix(member.mean_omega_W, step_s_);
+}
+
+bool ConstraintSystem::turns(const Sides& sides) const {
+  const auto is_turning = [this](int number) {
+    return number != ContactProblem::kFixed && members_[static_cast<std::size_t>(number)].turns;
+  };
+  return is_turning(sides.a) || is_turning(sides.b);
 }
 
 bool ConstraintSystem::turns(const Vector3d& omega_W) const {
@@ -130,7 +160,7 @@ double ConstraintSystem::drift_of(const RowSide& side, int number) const {
   const Member& member = members_[static_cast<std::size_t>(number)];
   if (!member.turns) return 0;
   return side.angular.dot(member.mean_omega_W - member.omega_W) +
-         side.linear.dot(arc_velocity(member.mean_omega_W, side.lever_W, step_s_));
+         side.linear.dot(member.arc_W * side.lever_W);
 }
 
 void ConstraintSystem::add_row(const RowSide& a, const RowSide& b, double target_m_s,
@@ -149,30 +179,53 @@ void ConstraintSystem::add_joint_row(const RowSide& a, const RowSide& b, double 
   add_row(a, b, target_m_s, compliance, -ContactProblem::kNoBound, ContactProblem::kNoBound, force);
 }
 
+const ConstraintSystem::PairMotion& ConstraintSystem::motion_of(const Contact& contact) {
+  PairMotion& pair = last_pair_;
+  if (pair.sides == contact.sides) return pair;
+  pair = {.sides = contact.sides, .origin_W = contact.constraint->contact.p_W};
+  for (Vector3d* v : {&pair.velocity_W, &pair.gain_W, &pair.arc_W, &pair.mean_omega_W})
+    v->setZero();
+  for (auto* m : {&pair.velocity_gradient, &pair.gain_gradient, &pair.arc_gradient}) m->setZero();
+  std::array<Vector3d, 2> com_W, omega_W;
+  const auto add = [&](std::size_t side, int number, double sign) {
+    if (number == ContactProblem::kFixed) return;
+    const Member& member = members_[static_cast<std::size_t>(number)];
+    com_W[side] = member.body->p_W();
+    omega_W[side] = member.mean_omega_W;
+    const Vector3d lever = pair.origin_W - com_W[side];
+    pair.velocity_W += sign * (problem_.twist(number).v + omega_W[side].cross(lever));
+    pair.velocity_gradient += sign * cross_matrix(omega_W[side]);
+    if (!member.turns) return;
+    ++pair.turning;
+    const Vector3d gain = omega_W[side] - member.omega_W;
+    pair.gain_W += sign * gain.cross(lever);
+    pair.gain_gradient += sign * cross_matrix(gain);
+    pair.arc_W += sign * (member.arc_W * lever);
+    pair.arc_gradient += sign * member.arc_W;
+    pair.mean_omega_W += 0.5 * omega_W[side];
+  };
+  add(0, contact.sides.a, 1);
+  add(1, contact.sides.b, -1);
+  if (pair.turning == 2) {
+    pair.common_arc_W = arc_matrix(common(omega_W[0], omega_W[1]), step_s_) * (com_W[1] - com_W[0]);
+  }
+  return pair;
+}
+
 /// The solver finds the velocities that the impulses leave at the start of the step. A free body's
 /// angular velocity changes within it, and levers turn with the bodies, so that surfaces move apart
 /// although these velocities agree.
-Vector3d ConstraintSystem::drift_of(const Contact& contact) const {
+Vector3d ConstraintSystem::drift_of(const Contact& contact) {
+  if (!turns(contact.sides)) return Vector3d::Zero();
+  const PairMotion& pair = motion_of(contact);
   const Vector3d &p = contact.constraint->contact.p_W, &n = contact.constraint->contact.n_W;
-  Vector3d drift = Vector3d::Zero(), arc = Vector3d::Zero(), levers = Vector3d::Zero();
-  std::array<Vector3d, 2> omega_W = {Vector3d::Zero(), Vector3d::Zero()};
-  const auto add = [&](int number, double sign, Vector3d& omega) {
-    if (number == ContactProblem::kFixed) return;
-    const Member& member = members_[static_cast<std::size_t>(number)];
-    const Vector3d lever = p - member.body->p_W();
-    levers += sign * lever;
-    if (!member.turns) return;
-    omega = member.mean_omega_W;
-    drift += sign * (omega - member.omega_W).cross(lever);
-    arc += sign * arc_velocity(omega, lever, step_s_);
-  };
-  add(contact.sides.a, 1, omega_W[0]);
-  add(contact.sides.b, -1, omega_W[1]);
-  if (contact.constraint->contact.carried) return drift + arc;
+  const Vector3d from = p - pair.origin_W;
+  const Vector3d gain = pair.gain_W + pair.gain_gradient * from;
+  const Vector3d arc = pair.arc_W + pair.arc_gradient * from;
+  if (contact.constraint->contact.carried) return gain + arc;
   // Where a round surface rolls on, the point that touched leaves along the normal. Surfaces that
   // turn together do not part.
-  const Vector3d together = arc_velocity(common(omega_W[0], omega_W[1]), levers, step_s_);
-  return drift + tangential(arc, n) + together.dot(n) * n;
+  return gain + arc - n.dot(arc - pair.common_arc_W) * n;
 }
 
 void ConstraintSystem::add_joint(const FixedJoint& joint) { add_rows(joint, *this); }
@@ -191,7 +244,8 @@ void ConstraintSystem::add_contact(RigidBody* a, RigidBody* b, ContactConstraint
   Contact& contact = contacts_.emplace_back();
   contact.constraint = &constraint;
   contact.sides = sides;
-  contact.surface_v_W = tangential(response.target_v_W, n);
+  contact.surface_v_W = Vector3d::Zero();
+  if (constraint.belt) contact.surface_v_W = tangential(response.target_v_W, n);
   contact.compliance_m_s_ns = response.friction_compliance_m_s_n / step_s_;
   // The target makes up for the drift, and for the displacement of sticking surfaces in earlier
   // steps.
@@ -251,14 +305,18 @@ EngineOutcome ConstraintSystem::advance() {
 }
 
 void ConstraintSystem::take_solved_rotations() {
+  last_pair_ = {};
   for (std::size_t i = 0; i < members_.size(); ++i) {
     Member& member = members_[i];
     member.omega_W = member.mean_omega_W = problem_.twist(static_cast<int>(i)).omega;
     member.turns = turns(member.omega_W);
-    if (!member.moves || !member.turns || !member.body->is_ballistic()) continue;
-    member.mean_omega_W =
-        mean_free_omega(member.body->inertia_B(), member.body->q_WB(), member.omega_W, step_s_);
-    member.spins = step_s_ * member.omega_W.norm() > kFastTurn;
+    if (!member.turns) continue;
+    if (member.moves && member.body->is_ballistic()) {
+      member.mean_omega_W =
+          mean_free_omega(member.body->inertia_B(), member.body->q_WB(), member.omega_W, step_s_);
+      member.spins = step_s_ * member.omega_W.norm() > kFastTurn;
+    }
+    member.arc_W = arc_matrix(member.mean_omega_W, step_s_);
   }
 }
 
@@ -366,7 +424,7 @@ ConstraintSystem::Work ConstraintSystem::contact_work() const {
 
 /// Where the surfaces stick, adds the displacement along them in this step. The bodies have not
 /// moved yet.
-void ConstraintSystem::update_creep(const Contact& contact, const Vector3d& impulse_ns) const {
+void ConstraintSystem::update_creep(const Contact& contact, const Vector3d& impulse_ns) {
   ContactConstraint& constraint = *contact.constraint;
   const Vector3d &p = constraint.contact.p_W, &n = constraint.contact.n_W;
   const double normal_ns = impulse_ns.dot(n);
@@ -374,29 +432,15 @@ void ConstraintSystem::update_creep(const Contact& contact, const Vector3d& impu
   if (normal_ns <= 0) return;
   const Vector3d friction_ns = impulse_ns - normal_ns * n;
   const double most_ns = (1 - kConeRounding) * constraint.friction * normal_ns;
-  Vector3d velocity = -contact.surface_v_W, arc = Vector3d::Zero();
-  double spin = 0;  // mean of both bodies' about the normal
-  bool turning = false;
-  const auto add = [&](int number, double sign) {
-    if (number == ContactProblem::kFixed) return;
-    const Member& member = members_[static_cast<std::size_t>(number)];
-    const Vector3d lever = p - member.body->p_W();
-    velocity += sign * (problem_.twist(number).v + member.mean_omega_W.cross(lever));
-    if (!member.turns) return;
-    turning = true;
-    spin += 0.5 * member.mean_omega_W.dot(n);
-    arc += sign * arc_velocity(member.mean_omega_W, lever, step_s_);
-  };
-  add(contact.sides.a, 1);
-  add(contact.sides.b, -1);
+  const PairMotion& pair = motion_of(contact);
   if (friction_ns.squaredNorm() >= most_ns * most_ns) {
     // A sliding contact is stretched as far as its friction stretches it.
     constraint.creep_W = -step_s_ / kCreepCorrection * contact.compliance_m_s_ns * friction_ns;
   } else {
-    constraint.creep_W += step_s_ * tangential(velocity + arc, n);
+    constraint.creep_W += step_s_ * tangential(pair.velocity_at(p) - contact.surface_v_W, n);
   }
   // It turns with the surfaces.
-  if (turning) constraint.creep_W = Eigen::AngleAxisd(step_s_ * spin, n) * constraint.creep_W;
+  constraint.creep_W = turned(constraint.creep_W, step_s_ * pair.mean_omega_W.dot(n), n);
 }
 
 /// The pose from the mean velocities over the step, then the velocities at its end. The angular one

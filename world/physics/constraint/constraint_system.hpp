@@ -71,10 +71,12 @@ class ConstraintSystem final : public Engine {
     bool spins = false;  ///< so fast that its motion must be known, not expected
     /// Behind the impulses, and its mean over the step: as expected, then as solved.
     Eigen::Vector3d omega_W, mean_omega_W;
+    Eigen::Matrix3d arc_W;  ///< see arc_matrix(), of the mean; only where the body turns
   };
   /// Two bodies between which there are contacts, by their numbers in the system.
   struct Sides {
     int a = ContactProblem::kFixed, b = ContactProblem::kFixed;
+    bool operator==(const Sides&) const = default;
   };
   struct Contact {
     ContactConstraint* constraint = nullptr;
@@ -85,6 +87,25 @@ class ConstraintSystem final : public Engine {
     double compliance_m_s_ns = 0;  ///< slip velocity per friction impulse
     double rebound_m_s = 0;
   };
+  /// How the first body's surface moves past the second one's in the step: linear in the place.
+  struct PairMotion {
+    using Vector = Eigen::Vector3d;
+    using Matrix = Eigen::Matrix3d;
+    Sides sides;
+    int turning = 0;                   ///< bodies
+    Vector origin_W = Vector::Zero();  ///< where the vectors hold
+    Vector velocity_W = Vector::Zero(), gain_W = velocity_W, arc_W = velocity_W;
+    Matrix velocity_gradient = Matrix::Zero(), gain_gradient = velocity_gradient,
+           arc_gradient = velocity_gradient;
+    Vector common_arc_W = Vector::Zero();  ///< of the rotation that both have in common, anywhere
+    Vector mean_omega_W = Vector::Zero();  ///< of the two bodies
+
+    /// Mean over the step.
+    [[nodiscard]] Vector velocity_at(const Vector& p_W) const {
+      const Vector from = p_W - origin_W;
+      return velocity_W + velocity_gradient * from + arc_W + arc_gradient * from;
+    }
+  };
   /// Done by contacts on the bodies in a step.
   struct Work {
     double sum_j = 0;
@@ -93,15 +114,17 @@ class ConstraintSystem final : public Engine {
   [[nodiscard]] int index_of(RigidBody* body);
   void add_member(RigidBody& body, bool moves);
   [[nodiscard]] bool turns(const Eigen::Vector3d& omega_W) const;
+  [[nodiscard]] bool turns(const Sides& sides) const;
   [[nodiscard]] ContactProblem::Side side(const RowSide& side);
   [[nodiscard]] double drift_of(const RowSide& side, int number) const;
-  [[nodiscard]] Eigen::Vector3d drift_of(const Contact& contact) const;
+  [[nodiscard]] const PairMotion& motion_of(const Contact& contact);
+  [[nodiscard]] Eigen::Vector3d drift_of(const Contact& contact);
   [[nodiscard]] ContactSolver::Outcome solve();
   void take_solved_rotations();
   [[nodiscard]] bool correct_targets();
   [[nodiscard]] ContactSolver::Outcome solve_with_share(double share);
   [[nodiscard]] Work contact_work() const;
-  void update_creep(const Contact& contact, const Eigen::Vector3d& impulse_ns) const;
+  void update_creep(const Contact& contact, const Eigen::Vector3d& impulse_ns);
   void move(const Member& member, const SolverBody& solved) const;
 
   double step_s_ = 0;
@@ -113,6 +136,7 @@ class ConstraintSystem final : public Engine {
   std::vector<JointForce*> forces_;
   std::vector<Contact> contacts_;
   bool rebounds_ = false;  // of any contact
+  PairMotion last_pair_;   // contacts of a pair follow each other
 };
 
 }  // namespace aprsim::physics
