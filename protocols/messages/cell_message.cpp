@@ -20,6 +20,12 @@ void write(const api::BodyDescription& body, v1::GearGeometry& message) {
 void write(const api::BodyDescription& body, v1::TrayGeometry& message) {
   write_message(body.box_min, *message.mutable_box_min_m());
   write_message(body.box_max, *message.mutable_box_max_m());
+  for (const auto& corner : body.outline) {
+    write_message(Eigen::Vector3d(corner.x(), corner.y(), body.box_max.z()),
+                  *message.add_outline_m());
+  }
+  message.set_label_size_m(body.label_size_m);
+  message.set_label_depth_m(body.label_depth_m);
   for (const auto& slot : body.slots) write_fields(slot, *message.add_slots());
 }
 

@@ -42,6 +42,7 @@ class Filler {
   void fill(std::chrono::nanoseconds& value) {
     value = std::chrono::milliseconds(1500) + std::chrono::seconds(++count_);
   }
+  void fill(Eigen::Vector2d& value) { value = {next(), next()}; }
   void fill(Eigen::Vector3d& value) { value = {next(), next(), next()}; }
   void fill(Eigen::Quaterniond& value) { value = {next(), next(), next(), next()}; }
   template <typename T>

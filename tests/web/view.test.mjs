@@ -57,6 +57,7 @@ const outermost = (page) =>
 for (const scene of [
   'aprs',
   'aprs_2024',
+  'aprs_2025',
   'aprs_lab',
   'fanuc_only',
   'motoman_only',

@@ -34,7 +34,13 @@ api::BodyDescription describe_body(const scene::FreeBody& body, const scene::Sce
   if (body.is_gear()) return out;
   out.box_min = body.slab.min();
   out.box_max = body.slab.max();
-  for (const auto& slot : scene.tray_types.at(body.type).slots) {
+  if (body.outline) out.outline = body.outline->corners;
+  const scene::TrayType& type = scene.tray_types.at(body.type);
+  if (type.label) {
+    out.label_size_m = type.label->size_m;
+    out.label_depth_m = type.label->depth_m;
+  }
+  for (const auto& slot : type.slots) {
     Pose X_PS;
     X_PS.p = {slot.xy.x(), slot.xy.y(), 0};
     out.slots.push_back({.name = slot.name, .gear_type = slot.gear_type, .X_PS = X_PS});

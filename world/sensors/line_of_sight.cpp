@@ -25,6 +25,13 @@ Span within_slab(double a, double d, double half) {
   return {std::min(t1, t2), std::max(t1, t2)};
 }
 
+/// Where height + t rate <= 0.
+Span within_half_space(double height, double rate) {
+  if (rate == 0) return height <= 0 ? Span{} : kEmpty;
+  const double t = -height / rate;
+  return rate > 0 ? Span{0, t} : Span{t, 1};
+}
+
 /// Where the squared length of a + t d stays within radius^2, for vectors of any dimension.
 template <typename Vector>
 Span within_radius(const Vector& a, const Vector& d, double radius) {
@@ -72,6 +79,15 @@ struct Sight {
     return nearer(on_cylinder(capsule.radius_m, capsule.length_m), ends);
   }
   Hit operator()(const robot::SphereShape& sphere) const { return on_sphere(0, sphere.radius_m); }
+  Hit operator()(const PrismShape& prism) const {
+    const auto& [corners, normals] = *prism.outline;
+    Span span = cut(Span{}, within_slab(a.z(), d.z(), 0.5 * prism.height_m));
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const Eigen::Vector2d from_side = a.head<2>() + prism.middle - corners[i];
+      span = cut(span, within_half_space(normals[i].dot(from_side), normals[i].dot(d.head<2>())));
+    }
+    return entry(span);
+  }
 };
 
 struct BoundingRadius {
@@ -83,9 +99,25 @@ struct BoundingRadius {
     return capsule.radius_m + 0.5 * capsule.length_m;
   }
   double operator()(const robot::SphereShape& sphere) const { return sphere.radius_m; }
+  double operator()(const PrismShape& prism) const {
+    double radius = 0;
+    for (const Eigen::Vector2d& corner : prism.outline->corners) {
+      radius = std::max(radius, (corner - prism.middle).norm());
+    }
+    return std::hypot(radius, 0.5 * prism.height_m);
+  }
 };
 
 }  // namespace
+
+Shape shape_of(const robot::LinkShape& part) {
+  return std::visit([](const auto& shape) -> Shape { return shape; }, part.shape);
+}
+
+Shape slab_shape(const Eigen::AlignedBox3d& slab, const std::optional<scene::Outline>& outline) {
+  if (!outline) return robot::BoxShape{slab.sizes()};
+  return PrismShape{&*outline, slab.center().head<2>(), slab.sizes().z()};
+}
 
 double bounding_radius(const Shape& shape) { return std::visit(BoundingRadius{}, shape); }
 

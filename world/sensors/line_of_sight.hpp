@@ -6,11 +6,28 @@
 #include <Eigen/Geometry>
 
 #include "world/robot/model/arm_model.hpp"
+#include "world/scene/model/parts.hpp"
 
 /// Occlusion of a camera's line of sight or a sensor's beam.
 namespace aprsim::sensors {
 
-using Shape = decltype(robot::LinkShape::shape);
+/// A convex prism along z, centred half-way up. `outline` must outlive it; `middle` is where its
+/// frame's origin lies in the outline's frame.
+struct PrismShape {
+  const scene::Outline* outline = nullptr;
+  Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+  double height_m = 0;
+};
+
+using Shape = std::variant<robot::BoxShape, robot::CapsuleShape, robot::CylinderShape,
+                           robot::SphereShape, PrismShape>;
+
+/// A link's primitive as such a shape.
+[[nodiscard]] Shape shape_of(const robot::LinkShape& part);
+
+/// A tray's slab in the frame of its middle: a box, or a prism of the outline.
+[[nodiscard]] Shape slab_shape(const Eigen::AlignedBox3d& slab,
+                               const std::optional<scene::Outline>& outline);
 
 /// Something opaque in the world.
 struct Occluder {

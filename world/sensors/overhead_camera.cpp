@@ -22,11 +22,22 @@ Points points_of(const scene::FreeBody& body) {
   }
   const Eigen::Vector3d &a = body.slab.min(), &b = body.slab.max();
   const double z = b.z();
-  return {{{0.5 * (a.x() + b.x()), 0.5 * (a.y() + b.y()), z},
-           {a.x(), a.y(), z},
-           {b.x(), a.y(), z},
-           {b.x(), b.y(), z},
-           {a.x(), b.y(), z}}};
+  Points points{{{0.5 * (a.x() + b.x()), 0.5 * (a.y() + b.y()), z},
+                 {a.x(), a.y(), z},
+                 {b.x(), a.y(), z},
+                 {b.x(), b.y(), z},
+                 {a.x(), b.y(), z}}};
+  if (!body.outline) return points;
+  // The corners of the outline nearest to those of the box around it.
+  const auto& corners = body.outline->corners;
+  for (std::size_t k = 1; k < points.size(); ++k) {
+    const Eigen::Vector2d of_box = points[k].head<2>();
+    const auto nearer = [&of_box](const Eigen::Vector2d& p, const Eigen::Vector2d& q) {
+      return (p - of_box).squaredNorm() < (q - of_box).squaredNorm();
+    };
+    points[k].head<2>() = *std::min_element(corners.begin(), corners.end(), nearer);
+  }
+  return points;
 }
 
 /// Whether an occluder is part of a body, or of a gear that stands on that body, a tray.

@@ -32,7 +32,7 @@ bool PhotoEyes::breaks(std::size_t eye, const scene::FreeBody& body, const Pose&
   const Eigen::Isometry3d X = X_WB.isometry();
   if (!body.is_gear()) {
     return hides({.X_WS = X * Eigen::Translation3d(body.slab.center()),
-                  .shape = robot::BoxShape{body.slab.sizes()}},
+                  .shape = slab_shape(body.slab, body.outline)},
                  start_W, end_W);
   }
   return hides(cylinder(X, body.disc_radius_m, 0, body.disc_height_m), start_W, end_W) ||

@@ -72,6 +72,11 @@ std::string scene_schema() {
                                        {"bottom_scale", number_schema()},
                                        {"top_scale", number_schema()},
                                        {"color", color_schema()}});
+  const Json triangles = object_schema({{"pose", pose_schema()},
+                                        {"points", array_schema(vector_schema())},
+                                        {"color", color_schema()},
+                                        {"colors", array_schema(color_schema())},
+                                        {"indices", array_schema(whole_schema())}});
   const Json pair = object_schema({{"key", text_schema()}, {"value", text_schema()}});
   Json entity = object_schema({{"timestamp", time_schema()},
                                {"frame_id", text_schema()},
@@ -80,8 +85,9 @@ std::string scene_schema() {
                                {"frame_locked", {{"type", "boolean"}}},
                                {"metadata", array_schema(pair)},
                                {"cubes", array_schema(cube)},
-                               {"cylinders", array_schema(cylinder)}});
-  for (const char* name : {"arrows", "spheres", "lines", "triangles", "texts", "models"}) {
+                               {"cylinders", array_schema(cylinder)},
+                               {"triangles", array_schema(triangles)}});
+  for (const char* name : {"arrows", "spheres", "lines", "texts", "models"}) {
     entity["properties"][name] = array_schema({{"type", "object"}});
   }
   return titled("foxglove.SceneUpdate",
@@ -195,6 +201,41 @@ Json cylinder_json(double bottom, double top, double radius, const Json& color) 
           {"color", color}};
 }
 
+/// A tray's slab with an outline as triangles, seen from outside counter-clockwise: points in
+/// pairs, of the underside and of the top face.
+Json prism_json(const v1::TrayGeometry& tray, const Json& color) {
+  Json points = Json::array(), indices = Json::array();
+  for (const auto& corner : tray.outline_m()) {
+    points.push_back(vector_json(corner.x(), corner.y(), tray.box_min_m().z()));
+    points.push_back(vector_json(corner.x(), corner.y(), tray.box_max_m().z()));
+  }
+  const auto add = [&indices](int a, int b, int c) {
+    for (const int i : {a, b, c}) indices.push_back(i);
+  };
+  const int count = tray.outline_m_size();
+  for (int i = 0; i < count; ++i) {
+    const int low = 2 * i, next = 2 * ((i + 1) % count);
+    add(low, next, next + 1);
+    add(low, next + 1, low + 1);
+    if (i == 0 || i == count - 1) continue;
+    add(1, low + 1, next + 1);
+    add(0, next, low);
+  }
+  return {{"pose", pose_at(0, 0, 0)},
+          {"points", points},
+          {"color", color},
+          {"colors", Json::array()},
+          {"indices", indices}};
+}
+
+Json slab_json(const v1::TrayGeometry& tray, const Json& color) {
+  const auto &low = tray.box_min_m(), &high = tray.box_max_m();
+  return {{"pose",
+           pose_at((low.x() + high.x()) / 2, (low.y() + high.y()) / 2, (low.z() + high.z()) / 2)},
+          {"size", vector_json(high.x() - low.x(), high.y() - low.y(), high.z() - low.z())},
+          {"color", color}};
+}
+
 /// The entities of the scene: boxes and gears, each fixed to its frame.
 Json scene_json(const v1::MotionHeader& header, double time_s) {
   Json entities = Json::array();
@@ -216,12 +257,12 @@ Json scene_json(const v1::MotionHeader& header, double time_s) {
       entity["cylinders"].push_back(
           cylinder_json(gear.disc_height_m(), gear.peg_top_m(), gear.peg_radius_m(), color));
     } else {
-      const auto &low = body.tray().box_min_m(), &high = body.tray().box_max_m();
-      entity["cubes"].push_back(
-          {{"pose",
-            pose_at((low.x() + high.x()) / 2, (low.y() + high.y()) / 2, (low.z() + high.z()) / 2)},
-           {"size", vector_json(high.x() - low.x(), high.y() - low.y(), high.z() - low.z())},
-           {"color", color_json(0.25, 0.35, 0.5)}});
+      const Json color = color_json(0.25, 0.35, 0.5);
+      if (body.tray().outline_m().empty()) {
+        entity["cubes"].push_back(slab_json(body.tray(), color));
+      } else {
+        entity["triangles"].push_back(prism_json(body.tray(), color));
+      }
     }
     entities.push_back(entity);
   }

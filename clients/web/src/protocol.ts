@@ -4,6 +4,7 @@ export type {
   BodyDescription,
   RobotDescription,
   ToolDescription,
+  TrayGeometry,
   ConveyorDescription
 } from '../generated/aprsim/v1/cell_pb';
 export {BodyKind} from '../generated/aprsim/v1/cell_pb';

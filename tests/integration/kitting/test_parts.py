@@ -521,7 +521,7 @@ class CellFileTest(unittest.TestCase):
             cells.read_cell(str(path))
 
     def test_homes_are_clear_of_each_other(self):
-        for name in ("aprs", "aprs_2024"):
+        for name in ("aprs", "aprs_2024", "aprs_2025"):
             cell = cells.read_cell(name)
             a, b = ([r.base_mm[:2], r.home_mm] for r in cell.robots.values())
             self.assertGreater(geometry.hull_distance(a, b), cell.clearance_mm)

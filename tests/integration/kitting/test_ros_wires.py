@@ -2,9 +2,12 @@
 parts, whole jobs in virtual time, and both generations of wires at once."""
 
 import math
+import pathlib
 import random
+import tempfile
 import unittest
 
+from random_layouts import SCENES, Layout, fill_kits
 from running_cell import BINARIES, Daemon, snapshot
 from test_cell import KITS, KittingTest
 
@@ -21,10 +24,10 @@ class KinematicsTest(unittest.TestCase):
         self.robots = cells.read_cell("aprs_2024").robots
 
     def test_home_is_where_the_cell_file_says(self):
-        for robot in self.robots.values():
+        for robot in (*self.robots.values(), *cells.read_cell("aprs_2025").robots.values()):
             home = [math.radians(angle) for angle in robot.home_joints_deg]
             (x, y, _), axes = robot.ros.chain.forward(home)
-            place = (robot.base_mm[0] + 1e3 * x, robot.base_mm[1] + 1e3 * y)
+            place = robot.frame.point((1e3 * x, 1e3 * y))
             self.assertLess(math.dist(place, robot.home_mm), 1, robot.name)
             self.assertAlmostEqual(axes[2][2], -1, delta=1e-6)
 
@@ -102,6 +105,34 @@ class JobTest(KittingTest):
         out, _ = controller.process.communicate(timeout=60)
         self.assertEqual(controller.process.returncode, 2)
         self.assertIn("no Simple Message ports of fanuc", out)
+
+
+class LaboratoryTest(unittest.TestCase):
+    """The laboratory of 2025, its trays where they were recorded, and at random places."""
+
+    def fill(self, scene, kits):
+        code, report, text, wrong, _ = fill_kits(scene, kits)
+        self.assertEqual(code, 0, text)
+        self.assertEqual(wrong, [], text)
+        self.assertEqual(report["counts"].get("robot_error", 0), 0, text)
+        return report
+
+    def test_the_recorded_layout(self):
+        # One kit lacks its parts, on the Fanuc's side.
+        report = self.fill(SCENES / "aprs_2025.yaml", ("m2l1_02", "m2l1_05", "s2l2_05"))
+        self.assertEqual(len(report["kits"]), 3)
+        self.assertEqual(sum(kit["placed_by"].get("fanuc", 0) for kit in report["kits"]), 3)
+
+    def test_a_random_layout(self):
+        layout = Layout(seed=2)
+        with tempfile.TemporaryDirectory() as folder:
+            scene = pathlib.Path(folder) / "scene.yaml"
+            scene.write_text(layout.scene(), encoding="utf-8")
+            report = self.fill(scene, layout.kits)
+        for robot in report["robots"]:
+            placed = sum(kit["placed_by"].get(robot, 0) for kit in report["kits"])
+            self.assertGreaterEqual(placed, 3, robot)
+
 
 if __name__ == "__main__":
     unittest.main()

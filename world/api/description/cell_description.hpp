@@ -98,6 +98,10 @@ struct BodyDescription {
   double disc_radius_m = 0, disc_height_m = 0, peg_radius_m = 0, peg_top_m = 0;
   // trays only: extent of the slab in its frame [m]
   Eigen::Vector3d box_min = Eigen::Vector3d::Zero(), box_max = Eigen::Vector3d::Zero();
+  /// Trays only: corners of the slab seen from above, counter-clockwise, convex; empty = the box.
+  std::vector<Eigen::Vector2d> outline;
+  /// Trays only: a square recess for a label about the origin of the top face; 0 = none [m].
+  double label_size_m = 0, label_depth_m = 0;
 };
 
 inline constexpr std::size_t kMaxPhotoEyes = 4;

@@ -25,7 +25,8 @@ APRSIM_FIELDS(ToolDescription, FIELD(name), FIELD(mass_kg), FIELD(gripper),
 APRSIM_FIELDS(SlotDescription, FIELD(name), FIELD(gear_type), FIELD_AS(X_PS, slot_in_tray))
 APRSIM_FIELDS(BodyDescription, FIELD(name), FIELD(type), FIELD(kind), FIELD(mass_kg),
               BY_HAND(slots), BY_HAND(disc_radius_m), BY_HAND(disc_height_m), BY_HAND(peg_radius_m),
-              BY_HAND(peg_top_m), BY_HAND(box_min), BY_HAND(box_max))
+              BY_HAND(peg_top_m), BY_HAND(box_min), BY_HAND(box_max), BY_HAND(outline),
+              BY_HAND(label_size_m), BY_HAND(label_depth_m))
 APRSIM_FIELDS(PhotoEyeDescription, FIELD(name), FIELD(x_m), FIELD(height_m))
 APRSIM_FIELDS(ConveyorDescription, FIELD_AS(X_WC, belt_in_world), FIELD(length_m), FIELD(width_m),
               FIELD(max_speed_m_s), FIELD(max_accel_m_s2), FIELD(max_decel_m_s2),

@@ -34,7 +34,7 @@ void SensorOccluders::gather(std::span<const SimulatedRobot> robots,
     const auto X_WL = robots[i].X_WL();
     for (std::size_t link = 0; link < X_WL.size(); ++link) {
       for (const auto& part : models_[i].links[link].collision) {
-        add(X_WL[link] * part.X_LS, part.shape);
+        add(X_WL[link] * part.X_LS, sensors::shape_of(part));
       }
     }
   }
@@ -85,7 +85,7 @@ void SensorOccluders::add_bodies(const physics::PhysicsWorld& physics) {
 void SensorOccluders::add_tray(const scene::TrayType& type, int body) {
   const Eigen::AlignedBox3d slab = scene::slab_of(type);
   add(X_WP_[static_cast<std::size_t>(body)] * Eigen::Translation3d(slab.center()),
-      robot::BoxShape{slab.sizes()}, body);
+      sensors::slab_shape(slab, type.outline), body);
 }
 
 /// Each piece as the cylinder around it.

@@ -45,6 +45,7 @@ ArmLinks::ArmLinks(const robot::ArmModel& model, std::span<const Eigen::Isometry
       shapes_.push_back({.link = static_cast<int>(link),
                          .X_LS = collision.X_LS,
                          .half = primitive.half,
+                         .shape = collision.shape,
                          .geom = std::move(primitive.geom),
                          .bounds = {}});
     }
@@ -79,9 +80,9 @@ void ArmLinks::restore(const State& state) {
 void ArmLinks::update_shapes() {
   bool first = true;
   for (auto& shape : shapes_) {
-    const Eigen::Isometry3d X_WS = X_WL(shape.link) * shape.X_LS;
-    shape.geom.set_pose(X_WS);
-    shape.bounds = aabb_of_box(2 * shape.half, X_WS);
+    shape.X_WS = X_WL(shape.link) * shape.X_LS;
+    shape.geom.set_pose(shape.X_WS);
+    shape.bounds = aabb_of_box(2 * shape.half, shape.X_WS);
     bounds_ = first ? shape.bounds : bounds_.joined(shape.bounds);
     first = false;
   }

@@ -18,7 +18,9 @@ struct ArmShape {
   int link = 0;
   Eigen::Isometry3d X_LS = Eigen::Isometry3d::Identity();
   Eigen::Vector3d half = Eigen::Vector3d::Zero();  ///< half extents in the shape's frame
+  decltype(robot::LinkShape::shape) shape;
   OdeGeom geom;
+  Eigen::Isometry3d X_WS = Eigen::Isometry3d::Identity();
   Aabb bounds;
 };
 

@@ -34,7 +34,7 @@ double gear_radius(const scene::GearType& gear, const Eigen::Vector3d& com) {
   return std::max({disc, peg, hub});
 }
 
-/// A tray's slab is a box under z = 0 of its frame.
+/// A tray's slab lies under z = 0 of its frame.
 FreeBody make_tray(const scene::TrayInstance& instance, const scene::TrayType& type,
                    double step_s) {
   FreeBody free;
@@ -46,7 +46,7 @@ FreeBody make_tray(const scene::TrayInstance& instance, const scene::TrayType& t
   const Eigen::AlignedBox3d slab = scene::slab_of(type);
   free.slab_size = slab.sizes();
   free.X_BS.translation() = slab.center();
-  // The slab's corner is farthest from the centre of mass.
+  // A corner of the box around the slab is farthest from the centre of mass.
   free.radius_m = 0.5 * free.slab_size.norm() + (free.mass.com - free.X_BS.translation()).norm();
   free.set_carried_mass(free.mass);
   free.place(instance.X_WP.isometry(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());

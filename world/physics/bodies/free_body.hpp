@@ -11,6 +11,7 @@
 #include "world/physics/bodies/mass_properties.hpp"
 #include "world/physics/bodies/rigid_body.hpp"
 #include "world/physics/bodies/tool_shape.hpp"
+#include "world/physics/collision/pairs/narrow_phase.hpp"
 #include "world/physics/collision/shapes/aabb.hpp"
 #include "world/physics/collision/shapes/gear_shape.hpp"
 #include "world/scene/model/scene.hpp"
@@ -31,7 +32,7 @@ struct FreeBody {
   double radius_m = 0;  ///< of a sphere about the centre of mass that holds the shape
   double step_s = 0;
   Eigen::Vector3d origin_B = Eigen::Vector3d::Zero();  ///< of `body`
-  // tray slab as a box
+  // the box around a tray's slab
   Eigen::Vector3d slab_size = Eigen::Vector3d::Zero();
   Eigen::Isometry3d X_BS = Eigen::Isometry3d::Identity();
 
@@ -57,6 +58,10 @@ struct FreeBody {
     return v_com_W + omega_W.cross(p_W - com_W());
   }
   [[nodiscard]] Eigen::Isometry3d X_WS() const { return X_WB * X_BS; }
+  /// The shape of a tray in the frame of X_WS().
+  [[nodiscard]] SlabShape slab() const {
+    return {slab_size, tray->outline ? &*tray->outline : nullptr, X_BS.translation().head<2>()};
+  }
   /// Copies pose and velocity from `body`, the root of its composite.
   void refresh();
   /// Sets pose and velocity, of `body` too.

@@ -58,6 +58,29 @@ Moments box(const Eigen::Vector3d& lo, const Eigen::Vector3d& hi) {
   return m;
 }
 
+/// Prism between two heights, by Green's theorem over its sides.
+Moments prism(const std::vector<Eigen::Vector2d>& corners, double z0, double z1) {
+  double area = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const Eigen::Vector2d &a = corners[i], &b = corners[(i + 1) % corners.size()];
+    const double cross = a.x() * b.y() - a.y() * b.x();
+    area += cross / 2;
+    x += cross * (a.x() + b.x()) / 6;
+    y += cross * (a.y() + b.y()) / 6;
+    xx += cross * (a.x() * a.x() + a.x() * b.x() + b.x() * b.x()) / 12;
+    yy += cross * (a.y() * a.y() + a.y() * b.y() + b.y() * b.y()) / 12;
+    xy += cross * (a.x() * b.y() + 2 * (a.x() * a.y() + b.x() * b.y()) + b.x() * a.y()) / 24;
+  }
+  const double height = z1 - z0, z = (z1 * z1 - z0 * z0) / 2;
+  const double zz = (z1 * z1 * z1 - z0 * z0 * z0) / 3;
+  Moments m;
+  m.volume = area * height;
+  m.first = {x * height, y * height, area * z};
+  m.second << xx * height, xy * height, x * z, xy * height, yy * height, y * z, x * z, y * z,
+      area * zz;
+  return m;
+}
+
 /// Steiner's theorem back to the centre of mass, and from second moments to inertia: I = tr(S) 1 -
 /// S.
 MassProperties with_mass(const Moments& m, double mass_kg) {
@@ -85,9 +108,14 @@ MassProperties gear_mass(const scene::GearType& gear) {
 }
 
 MassProperties tray_mass(const scene::TrayType& tray) {
-  // The slab, less a frustum for each pocket's wall and one for its chamfer.
+  // The slab, less the label's recess, a frustum for each pocket's wall and one for its chamfer.
   const Eigen::AlignedBox3d slab = scene::slab_of(tray);
-  Moments total = box(slab.min(), slab.max());
+  Moments total = tray.outline ? prism(tray.outline->corners, slab.min().z(), slab.max().z())
+                               : box(slab.min(), slab.max());
+  if (tray.label) {
+    const double half = tray.label->size_m / 2;
+    total.add(box({-half, -half, -tray.label->depth_m}, {half, half, 0}), -1);
+  }
   for (const scene::Slot& slot : tray.slots) {
     const detail::PocketProfile p(slot);
     total.add(frustum(-p.depth, p.r_floor, p.z_edge, p.r_edge, slot.xy), -1);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <utility>
+#include <variant>
 
 #include "world/physics/collision/pairs/narrow_phase.hpp"
 #include "world/physics/collision/speculative/hull_gap.hpp"
@@ -49,6 +50,30 @@ void mark_as_pad(std::size_t first, std::vector<Contact>& out) {
 BodyVelocity velocity_of(const FreeBody& body) {
   return {body.com_W(), body.v_com_W, body.omega_W, body.radius_m};
 }
+
+/// A tray with an outline against a primitive of a link.
+struct SlabOnLink {
+  const FreeBody& tray;
+  const ArmShape& link;
+  BodyIndex a, b;
+  std::vector<Contact>& out;
+
+  void operator()(const robot::BoxShape& box) const {
+    slab_slab(tray.slab(), tray.X_WS(), {box.size}, link.X_WS, a, b, SurfacePair::kRobotAny, out);
+  }
+  void operator()(const robot::CylinderShape& cylinder) const {
+    slab_cylinder(tray.slab(), tray.X_WS(), cylinder.radius_m, cylinder.length_m, link.X_WS, a, b,
+                  SurfacePair::kRobotAny, out);
+  }
+  void operator()(const robot::CapsuleShape& capsule) const {
+    slab_capsule(tray.slab(), tray.X_WS(), capsule.radius_m, capsule.length_m, link.X_WS, a, b,
+                 SurfacePair::kRobotAny, out);
+  }
+  void operator()(const robot::SphereShape& sphere) const {
+    slab_capsule(tray.slab(), tray.X_WS(), sphere.radius_m, 0, link.X_WS, a, b,
+                 SurfacePair::kRobotAny, out);
+  }
+};
 
 /// Detects contacts of a body that also falls, so that a body standing on an edge keeps both ends.
 /// Slow bodies are also tested without the fall: it closes some contacts and opens others.
@@ -154,8 +179,8 @@ void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
     });
   } else if (upper.is_tray()) {
     find_with_fall(motion, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
-      box_box(upper.slab_size, D * upper.X_WS(), lower.slab_size, lower.X_WS(), upper_index,
-              lower_index, SurfacePair::kTrayTray, out);
+      slab_slab(upper.slab(), D * upper.X_WS(), lower.slab(), lower.X_WS(), upper_index,
+                lower_index, SurfacePair::kTrayTray, out);
     });
   } else if (lower.is_tray()) {
     // A gripped gear is pressed down by the palm; contacts must exist before it moves, or it would
@@ -186,13 +211,14 @@ void BodyCollider::tool_on_free(int tool, const Eigen::Isometry3d& D, int other_
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     const Eigen::Vector3d& size = blocks[i].size;
     const Eigen::Isometry3d X_WS = D * hand.X_WS(blocks[i]);
-    const auto on_box = [&](const Eigen::Vector3d& other_size, const Eigen::Isometry3d& X_WO) {
-      box_box(size, X_WS, other_size, X_WO, tool, other_index, SurfacePair::kRobotAny, out);
+    const auto on_slab = [&](const SlabShape& slab, const Eigen::Isometry3d& X_WO) {
+      slab_slab({size}, X_WS, slab, X_WO, tool, other_index, SurfacePair::kRobotAny, out);
     };
     if (other.is_tool()) {
-      for (const scene::Block& block : other.tool->blocks()) on_box(block.size, other.X_WS(block));
+      for (const scene::Block& block : other.tool->blocks())
+        on_slab({block.size}, other.X_WS(block));
     } else if (other.is_tray()) {
-      on_box(other.slab_size, other.X_WS());
+      on_slab(other.slab(), other.X_WS());
     } else if (hand.tool->is_finger(i)) {
       const std::size_t first = out.size();
       pad_gear(hand.tool->pad(), D * hand.X_WB * hand.tool->X_TD(i), other.gear_shape, other.X_WB,
@@ -280,8 +306,8 @@ void BodyCollider::part_on_tray(const PartOnBody& pair, std::vector<Contact>& ou
   const Displacement motion =
       pair.part > 0 ? finger_displacement(pair) : part_displacement(pair, kMinDisplacement);
   find_speculative_contacts(motion, kNoGap, out, [&](const Eigen::Isometry3d& D) {
-    box_box(box.size, D * box.X_WS, pair.free.slab_size, pair.free.X_WS(), pair.part_id, pair.body,
-            SurfacePair::kRobotAny, out);
+    slab_slab({box.size}, D * box.X_WS, pair.free.slab(), pair.free.X_WS(), pair.part_id, pair.body,
+              SurfacePair::kRobotAny, out);
   });
 }
 
@@ -349,6 +375,7 @@ void BodyCollider::palm_on_gear(const PartOnBody& pair, std::vector<Contact>& ou
 }
 
 /// Collides primitives: a gear as its three cylinders, a tray as its slab, a tool as its blocks.
+/// ODE has no prisms: a tray with an outline is collided here.
 void BodyCollider::link_on_free(const ArmShape& shape, BodyIndex link, int body,
                                 std::vector<Contact>& out) {
   const auto& free = model_.body(body);
@@ -366,6 +393,10 @@ void BodyCollider::link_on_free(const ArmShape& shape, BodyIndex link, int body,
       collide_box(block.size, free.X_WS(block));
     }
     return;
+  }
+  if (free.is_tray() && free.tray->outline) {
+    const SlabOnLink pair{free, shape, body, link, out};
+    return std::visit(pair, shape.shape);
   }
   if (free.is_tray()) return collide_box(free.slab_size, free.X_WS());
   const scene::GearShapes gear = scene::shapes_of(*free.gear);
@@ -411,8 +442,8 @@ void BodyCollider::free_on_fixed(int body, int shape_index, std::vector<Contact>
   if (free.is_tray()) {
     const auto surfaces = shape.belt ? SurfacePair::kTrayBelt : SurfacePair::kTrayGround;
     find_with_fall(motion, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
-      box_box(free.slab_size, D * free.X_WS(), shape.size, shape.X_WS, body, kGround, surfaces,
-              out);
+      slab_slab(free.slab(), D * free.X_WS(), {shape.size}, shape.X_WS, body, kGround, surfaces,
+                out);
     });
   } else {
     const auto surfaces = shape.belt ? SurfacePair::kGearBelt : SurfacePair::kGearGround;

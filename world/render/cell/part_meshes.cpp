@@ -42,6 +42,12 @@ double covered_radius(const scene::Slot& slot, const Gears& gears) {
       {slot.pocket.top_radius_m, gear->second.disc_radius_m, gear->second.teeth_outer_radius_m});
 }
 
+Outline square(const Eigen::Vector2d& centre, double size) {
+  const double h = 0.5 * size;
+  return {centre + Eigen::Vector2d(-h, -h), centre + Eigen::Vector2d(h, -h),
+          centre + Eigen::Vector2d(h, h), centre + Eigen::Vector2d(-h, h)};
+}
+
 bool is_free(const scene::TrayType& type, const Gears& gears, const Eigen::Vector2d& centre,
              double size_m) {
   const Eigen::Vector2d half = Eigen::Vector2d::Constant(0.5 * size_m + kLabelMargin_m);
@@ -49,6 +55,8 @@ bool is_free(const scene::TrayType& type, const Gears& gears, const Eigen::Vecto
       ((centre + half).array() > type.max_xy.array()).any()) {
     return false;
   }
+  const auto beside = [&type](const Eigen::Vector2d& p) { return type.outline->depth_of(p) < 0; };
+  if (type.outline && std::ranges::any_of(square(centre, 2 * half.x()), beside)) return false;
   return std::ranges::none_of(type.slots, [&](const scene::Slot& slot) {
     const Eigen::Vector2d beyond = ((slot.xy - centre).cwiseAbs() - half).cwiseMax(0);
     return beyond.norm() <= covered_radius(slot, gears);
@@ -74,15 +82,17 @@ std::optional<Eigen::Vector2d> nearest_free(const scene::TrayType& type, const G
   return best;
 }
 
-Outline square(const Eigen::Vector2d& centre, double size) {
-  const double h = 0.5 * size;
-  return {centre + Eigen::Vector2d(-h, -h), centre + Eigen::Vector2d(h, -h),
-          centre + Eigen::Vector2d(h, h), centre + Eigen::Vector2d(-h, h)};
-}
-
 Outline reversed(Outline outline) {
   std::ranges::reverse(outline);
   return outline;
+}
+
+Outline slab_outline(const scene::TrayType& type) {
+  if (type.outline) return type.outline->corners;
+  return {type.min_xy,
+          {type.max_xy.x(), type.min_xy.y()},
+          type.max_xy,
+          {type.min_xy.x(), type.max_xy.y()}};
 }
 
 void add_pocket(const scene::Slot& slot, MeshBuilder& mesh) {
@@ -104,9 +114,9 @@ void add_label(const Label& label, MeshBuilder& mesh) {
   paper.marker_centre = label.centre.cast<float>();
   paper.marker_size_m = static_cast<float>(kMarkerShare * label.size_m);
   const Outline edge = square(label.centre, label.size_m);
-  mesh.walls(reversed(edge), -kLabelDepth_m, 0);
+  mesh.walls(reversed(edge), -label.depth_m, 0);
   mesh.set_material(paper);
-  mesh.face(edge, {}, -kLabelDepth_m, true);
+  mesh.face(edge, {}, -label.depth_m, true);
 }
 
 }  // namespace
@@ -173,18 +183,18 @@ int marker_of(const std::string& tray) {
 }
 
 std::optional<Label> place_label(const scene::TrayType& type, const Gears& gears, int marker) {
+  if (type.label) {
+    return Label{Eigen::Vector2d::Zero(), type.label->size_m, type.label->depth_m, marker};
+  }
   for (const double size_m : kLabelSizes_m) {
     if (const auto centre = nearest_free(type, gears, size_m))
-      return Label{*centre, size_m, marker};
+      return Label{*centre, size_m, kLabelDepth_m, marker};
   }
   return std::nullopt;
 }
 
 Mesh tray_mesh(const scene::TrayType& type, const std::optional<Label>& label) {
-  const Outline slab = {type.min_xy,
-                        {type.max_xy.x(), type.min_xy.y()},
-                        type.max_xy,
-                        {type.min_xy.x(), type.max_xy.y()}};
+  const Outline slab = slab_outline(type);
   MeshBuilder mesh;
   mesh.set_material(paint(kTrayColour, 0.05F));
   mesh.walls(slab, -type.thickness_m, 0);

@@ -19,14 +19,17 @@ namespace aprsim::render {
 struct Label {
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< in the tray's frame [m]
   double size_m = 0;                                 ///< of the recess, and of the white square
+  double depth_m = 0;                                ///< of the recess
   int marker = 0;
 };
+/// Depth of the recess where the type of the tray has none [m].
 inline constexpr double kLabelDepth_m = 1e-3;
 /// Black square of the marker, as a share of the label.
 inline constexpr double kMarkerShare = 0.75;
 
-/// The label of a tray: 40 mm about the frame's origin, or the next smaller size and nearest place
-/// where it meets no pocket, and no gear in one hides it; nullopt where there is none.
+/// The label of a tray: where its type has a recess for it; else 40 mm about the frame's origin, or
+/// the next smaller size and nearest place where it meets no pocket, and no gear in one hides it;
+/// nullopt where there is none.
 [[nodiscard]] std::optional<Label> place_label(const scene::TrayType& type,
                                                const std::map<std::string, scene::GearType>& gears,
                                                int marker);

@@ -26,6 +26,36 @@ Vector3d frustum_support(const FrustumSolid& frustum, const Vector3d& d) {
   return {d.x() * scale, d.y() * scale, upper ? frustum.half_height : -frustum.half_height};
 }
 
+Vector3d prism_support(const PrismSolid& prism, const Vector3d& d) {
+  const auto& corners = prism.outline.corners;
+  const auto nearer = [&d](const Eigen::Vector2d& p, const Eigen::Vector2d& q) {
+    return d.head<2>().dot(p) < d.head<2>().dot(q);
+  };
+  const Eigen::Vector2d& corner = *std::max_element(corners.begin(), corners.end(), nearer);
+  return {corner.x(), corner.y(), std::copysign(prism.half_height, d.z())};
+}
+
+struct Support {
+  Vector3d d;
+  Vector3d operator()(const BoxSolid& box) const { return box_support(box, d); }
+  Vector3d operator()(const FrustumSolid& frustum) const { return frustum_support(frustum, d); }
+  Vector3d operator()(const PrismSolid& prism) const { return prism_support(prism, d); }
+};
+
+/// Half the size of a box about the centre that holds the solid.
+struct HalfSize {
+  Vector3d operator()(const BoxSolid& box) const { return box.half_size; }
+  Vector3d operator()(const FrustumSolid& frustum) const {
+    const double radius = std::max(frustum.radius_bottom, frustum.radius_top);
+    return {radius, radius, frustum.half_height};
+  }
+  Vector3d operator()(const PrismSolid& prism) const {
+    Eigen::Vector2d half = Eigen::Vector2d::Zero();
+    for (const auto& corner : prism.outline.corners) half = half.cwiseMax(corner.cwiseAbs());
+    return {half.x(), half.y(), prism.half_height};
+  }
+};
+
 /// Overlap measured along one direction: by how far b must move along +d to be past a.
 double depth_along(const Solid& a, const Solid& b, const Vector3d& d) {
   return d.dot(a.support(d) - b.support(-d));
@@ -34,14 +64,7 @@ double depth_along(const Solid& a, const Solid& b, const Vector3d& d) {
 /// The point of b's box (or bounding box) nearest to a's centre, from a's centre.
 Vector3d towards_nearest_corner(const Solid& a, const Solid& b) {
   const Vector3d p_B = b.X_WS.inverse() * a.X_WS.translation();
-  Vector3d half;
-  if (const auto* box = std::get_if<BoxSolid>(&b.shape)) {
-    half = box->half_size;
-  } else {
-    const auto& frustum = std::get<FrustumSolid>(b.shape);
-    const double radius = std::max(frustum.radius_bottom, frustum.radius_top);
-    half = {radius, radius, frustum.half_height};
-  }
+  const Vector3d half = std::visit(HalfSize{}, b.shape);
   return b.X_WS * p_B.cwiseMax(-half).cwiseMin(half) - a.X_WS.translation();
 }
 
@@ -52,6 +75,13 @@ std::vector<Vector3d> candidate_directions(const Solid& a, const Solid& b) {
     result.push_back(axes_a.col(i));
     result.push_back(axes_b.col(i));
     for (int j = 0; j < 3; ++j) result.push_back(axes_a.col(i).cross(axes_b.col(j)));
+  }
+  for (const Solid* solid : {&a, &b}) {
+    const auto* prism = std::get_if<PrismSolid>(&solid->shape);
+    if (!prism) continue;
+    for (const auto& n : prism->outline.normals) {
+      result.push_back(solid->X_WS.linear() * Vector3d(n.x(), n.y(), 0));
+    }
   }
   const Vector3d between = b.X_WS.translation() - a.X_WS.translation();
   for (const Vector3d& d :
@@ -153,14 +183,14 @@ double depth_by_descent(const Solid& a, const Solid& b, double best) {
 
 Vector3d Solid::support(const Vector3d& d_W) const {
   const Vector3d d = X_WS.linear().transpose() * d_W;
-  const auto* box = std::get_if<BoxSolid>(&shape);
-  return X_WS * (box ? box_support(*box, d) : frustum_support(std::get<FrustumSolid>(shape), d));
+  return X_WS * std::visit(Support{d}, shape);
 }
 
 double Solid::bounding_radius() const {
-  if (const auto* box = std::get_if<BoxSolid>(&shape)) return box->half_size.norm();
-  const auto& frustum = std::get<FrustumSolid>(shape);
-  return std::hypot(frustum.half_height, std::max(frustum.radius_bottom, frustum.radius_top));
+  if (const auto* frustum = std::get_if<FrustumSolid>(&shape)) {
+    return std::hypot(frustum->half_height, std::max(frustum->radius_bottom, frustum->radius_top));
+  }
+  return std::visit(HalfSize{}, shape).norm();
 }
 
 double overlap_depth(const Solid& a, const Solid& b) {

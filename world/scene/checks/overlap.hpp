@@ -4,6 +4,8 @@
 
 #include <Eigen/Geometry>
 
+#include "world/scene/model/parts.hpp"
+
 /// How deep two convex solids lie in each other; for checking a scene, not for contacts.
 namespace aprsim::scene {
 
@@ -14,8 +16,13 @@ struct BoxSolid {
 struct FrustumSolid {
   double half_height = 0, radius_bottom = 0, radius_top = 0;
 };
+/// Convex prism along z, centred half-way up.
+struct PrismSolid {
+  Outline outline;
+  double half_height = 0;
+};
 struct Solid {
-  std::variant<BoxSolid, FrustumSolid> shape;
+  std::variant<BoxSolid, FrustumSolid, PrismSolid> shape;
   Eigen::Isometry3d X_WS = Eigen::Isometry3d::Identity();  ///< centre in world
 
   /// The point furthest along `d_W`.

@@ -1,5 +1,7 @@
 #include "world/scene/checks/scene_solids.hpp"
 
+#include <utility>
+
 #include "world/scene/model/part_shapes.hpp"
 
 namespace aprsim::scene {
@@ -24,6 +26,11 @@ Solid solid_of(const Conveyor& conveyor) {
 
 Solid solid_of(const TrayType& type, const Pose& X_WP) {
   const Eigen::AlignedBox3d slab = slab_of(type);
+  if (type.outline) {
+    PrismSolid prism{*type.outline, type.thickness_m / 2};
+    for (auto& corner : prism.outline.corners) corner -= slab.center().head<2>();
+    return {std::move(prism), X_WP.isometry() * Eigen::Translation3d(slab.center())};
+  }
   return {BoxSolid{slab.sizes() / 2}, X_WP.isometry() * Eigen::Translation3d(slab.center())};
 }
 

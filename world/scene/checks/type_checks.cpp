@@ -24,13 +24,18 @@ double wall_radius(const Pocket& pocket, double depth) {
          (pocket.floor_radius_m - pocket.top_radius_m) * std::min(depth / pocket.depth_m, 1.0);
 }
 
+/// Distance of a point from the nearest edge of the slab.
+double to_edge(const TrayType& type, const Eigen::Vector2d& p) {
+  if (type.outline) return type.outline->depth_of(p);
+  return std::min((p - type.min_xy).minCoeff(), (type.max_xy - p).minCoeff());
+}
+
 void check_pocket_in_slab(const yaml::Node& node, const TrayType& type, const Slot& slot) {
   if (slot.pocket.depth_m >= type.thickness_m) {
     node.error("slot " + slot.name + " with a pocket " + mm(slot.pocket.depth_m) + " deep",
                "less than the tray's thickness of " + mm(type.thickness_m));
   }
-  const double edge =
-      std::min((slot.xy - type.min_xy).minCoeff(), (type.max_xy - slot.xy).minCoeff());
+  const double edge = to_edge(type, slot.xy);
   const double mouth = mouth_radius(slot.pocket);
   if (mouth >= edge) {
     node.error("slot " + slot.name + " with a mouth radius of " + mm(mouth),
@@ -78,6 +83,56 @@ void check_gear_type(const yaml::Node& node, const GearType& type) {
   if (type.peg_radius_m >= type.disc_radius_m) {
     node.error("a peg radius of " + mm(type.peg_radius_m),
                "less than the disc's radius, " + mm(type.disc_radius_m));
+  }
+}
+
+bool check_outline(const yaml::Node& node, const std::vector<Eigen::Vector2d>& corners) {
+  constexpr double kShortest_m = 1e-4, kLeastTurn = 1e-3;  // sine of about 0.06 degrees
+  const std::size_t n = corners.size();
+  if (n < 3 || n > Outline::kMaxCorners) {
+    node.error(std::to_string(n) + " corners",
+               "3 to " + std::to_string(Outline::kMaxCorners) + " corners [x, y]");
+    return false;
+  }
+  const auto side = [&](std::size_t i) -> Eigen::Vector2d {
+    return corners[(i + 1) % n] - corners[i % n];
+  };
+  const auto cross = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    return a.x() * b.y() - a.y() * b.x();
+  };
+  double area = 0, turn = 0;
+  for (std::size_t i = 0; i < n; ++i) area += cross(corners[i], corners[(i + 1) % n]) / 2;
+  if (area < 0) {
+    node.error("corners in clockwise order", "the corners counter-clockwise, seen from above");
+    return false;
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::string corner = "corner " + std::to_string((i + 1) % n);
+    const Eigen::Vector2d a = side(i), b = side(i + 1);
+    if (a.norm() < kShortest_m) {
+      node.error(corner + " " + mm(a.norm()) + " from the one before", "at least 0.1 mm between");
+      return false;
+    }
+    if (cross(a, b) < kLeastTurn * a.norm() * b.norm()) {
+      node.error(corner + " that does not turn left", "a convex outline without straight corners");
+      return false;
+    }
+    turn += std::atan2(cross(a, b), a.dot(b));
+  }
+  constexpr double kOnce = 7;  // [rad], between one turn and two
+  if (turn < kOnce) return true;
+  node.error("an outline that winds around more than once", "each corner once");
+  return false;
+}
+
+void check_label(const yaml::Node& node, const TrayType& type) {
+  const double half = type.label->size_m / 2;
+  for (const double x : {-half, half}) {
+    for (const double y : {-half, half}) {
+      if (to_edge(type, {x, y}) > 0) continue;
+      node.error("a label of " + mm(type.label->size_m), "one within the tray's top face");
+      return;
+    }
   }
 }
 

@@ -17,6 +17,7 @@ FreeBody tray_of(const TrayInstance& tray, const TrayType& type) {
   out.kind = type.kind;
   out.mass_kg = type.mass_kg;
   out.slab = slab_of(type);
+  out.outline = type.outline;
   return out;
 }
 
@@ -47,11 +48,15 @@ std::vector<FreeBody> free_bodies_of(const Scene& scene) {
   return bodies;
 }
 
+bool FreeBody::covers(const Eigen::Vector2d& p_P) const {
+  if (outline) return outline->depth_of(p_P) >= 0;
+  return (p_P.array() >= slab.min().head<2>().array()).all() &&
+         (p_P.array() <= slab.max().head<2>().array()).all();
+}
+
 bool stands_on(const Eigen::Isometry3d& X_WG, const Eigen::Isometry3d& X_WP, const FreeBody& tray) {
   const Eigen::Vector3d p_P = X_WP.inverse() * X_WG.translation();
-  return (p_P.head<2>().array() >= tray.slab.min().head<2>().array()).all() &&
-         (p_P.head<2>().array() <= tray.slab.max().head<2>().array()).all() &&
-         std::abs(p_P.z() - tray.slab.max().z()) <= kStandsOn_m;
+  return tray.covers(p_P.head<2>()) && std::abs(p_P.z() - tray.slab.max().z()) <= kStandsOn_m;
 }
 
 }  // namespace aprsim::scene

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,8 +18,12 @@ struct FreeBody {
   double mass_kg = 0;
   // gears only [m]
   double disc_radius_m = 0, disc_height_m = 0, peg_radius_m = 0, peg_top_m = 0;
-  // trays only: the slab without its pockets [m]
+  // trays only: the slab without its pockets, or the box around it [m]
   Eigen::AlignedBox3d slab;
+  std::optional<Outline> outline;  ///< of the slab, where it is no box
+
+  /// Whether a point of the tray's plane lies on the slab.
+  [[nodiscard]] bool covers(const Eigen::Vector2d& p_P) const;
 
   [[nodiscard]] bool is_gear() const { return kind == api::BodyKind::kGear; }
 };

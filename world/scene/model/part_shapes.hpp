@@ -29,7 +29,7 @@ struct GearShapes {
           .hub = {-type.hub_height_m, 0, type.hub_bottom_radius_m, type.hub_top_radius_m}};
 }
 
-/// The slab without its pockets.
+/// The slab without its pockets; where it has an outline, the box around it.
 [[nodiscard]] inline Eigen::AlignedBox3d slab_of(const TrayType& type) {
   return {Eigen::Vector3d(type.min_xy.x(), type.min_xy.y(), -type.thickness_m),
           Eigen::Vector3d(type.max_xy.x(), type.max_xy.y(), 0)};

@@ -1,7 +1,11 @@
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <map>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "world/api/description/cell_description.hpp"
@@ -35,12 +39,49 @@ struct Slot {
   Pocket pocket;
 };
 
+/// A convex polygon in the plane z = 0 of a tray, counter-clockwise seen from above [m].
+struct Outline {
+  static constexpr std::size_t kMaxCorners = 24;
+  std::vector<Eigen::Vector2d> corners;
+  std::vector<Eigen::Vector2d> normals;  ///< outward, of the side from corner i to corner i + 1
+
+  /// Distance of a point from the nearest side's line, positive inside.
+  [[nodiscard]] double depth_of(const Eigen::Vector2d& p) const {
+    double depth = 1e30;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      depth = std::min(depth, normals[i].dot(corners[i] - p));
+    }
+    return depth;
+  }
+};
+
+/// The outline with these corners, which must be convex and counter-clockwise.
+[[nodiscard]] inline Outline outline_of(std::vector<Eigen::Vector2d> corners) {
+  Outline outline;
+  outline.corners = std::move(corners);
+  for (std::size_t i = 0; i < outline.corners.size(); ++i) {
+    const Eigen::Vector2d side =
+        outline.corners[(i + 1) % outline.corners.size()] - outline.corners[i];
+    outline.normals.push_back(Eigen::Vector2d(side.y(), -side.x()).normalized());
+  }
+  return outline;
+}
+
+/// A square recess for a label in the tray's top face, centred on its frame. Nothing collides with
+/// it.
+struct LabelRecess {
+  double size_m = 0, depth_m = 0;
+};
+
 struct TrayType {
   std::string name;
   api::BodyKind kind = api::BodyKind::kPartTray;
-  Eigen::Vector2d min_xy = Eigen::Vector2d::Zero(), max_xy = Eigen::Vector2d::Zero();  ///< slab
-  double thickness_m = 0;  ///< z -thickness .. 0
+  /// The slab's rectangle, or the one around its outline.
+  Eigen::Vector2d min_xy = Eigen::Vector2d::Zero(), max_xy = Eigen::Vector2d::Zero();
+  std::optional<Outline> outline;  ///< of the slab, where it is no rectangle along x and y
+  double thickness_m = 0;          ///< z -thickness .. 0
   double mass_kg = 0;
+  std::optional<LabelRecess> label;
   std::vector<Slot> slots;
 };
 

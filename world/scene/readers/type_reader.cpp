@@ -72,20 +72,61 @@ Slot read_slot(const yaml::Node& node, const Types& types) {
   return slot;
 }
 
-TrayType read_tray_type(const yaml::Node& node, const std::string& name, const Types& types) {
-  const yaml::Map keys =
-      node.map({"kind", "min_xy_m", "max_xy_m", "thickness_m", "mass_kg", "slots"});
-  TrayType type;
-  type.name = name;
-  type.kind = keys["kind"].word({"part_tray", "kit_tray"}) == 0 ? api::BodyKind::kPartTray
-                                                                : api::BodyKind::kKitTray;
+/// The rectangle's corners, if the polygon is one along x and y.
+bool is_rectangle(const std::vector<Eigen::Vector2d>& corners) {
+  if (corners.size() != 4) return false;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Eigen::Vector2d side = corners[(i + 1) % 4] - corners[i];
+    if (side.x() != 0 && side.y() != 0) return false;
+  }
+  return true;
+}
+
+/// The slab as a rectangle of two corners, or as the polygon of `outline_m`.
+void read_slab(const yaml::Map& keys, TrayType& type) {
+  if (const yaml::Node outline = keys["outline_m"]) {
+    for (const char* key : {"min_xy_m", "max_xy_m"}) {
+      if (const yaml::Node node = keys[key])
+        node.error("min_xy_m, max_xy_m and outline_m", "outline_m alone");
+    }
+    std::vector<Eigen::Vector2d> corners;
+    for (const yaml::Node& item : outline.items()) corners.push_back(read_xy(item));
+    if (!check_outline(outline, corners)) return;
+    type.min_xy = type.max_xy = corners.front();
+    for (const Eigen::Vector2d& corner : corners) {
+      type.min_xy = type.min_xy.cwiseMin(corner);
+      type.max_xy = type.max_xy.cwiseMax(corner);
+    }
+    if (!is_rectangle(corners)) type.outline = outline_of(std::move(corners));
+    return;
+  }
   type.min_xy = read_xy(keys["min_xy_m"]);
   type.max_xy = read_xy(keys["max_xy_m"]);
   if ((type.max_xy.array() <= type.min_xy.array()).any()) {
     keys["max_xy_m"].error("a corner not beyond min_xy_m", "x and y larger than those of min_xy_m");
   }
+}
+
+std::optional<LabelRecess> read_label(const yaml::Node& node, double thickness_m) {
+  if (!node) return std::nullopt;
+  const yaml::Map keys = node.map({"size_m", "depth_m"});
+  return LabelRecess{
+      .size_m = keys["size_m"].number(kLength),
+      .depth_m = keys["depth_m"].number({.min = 0, .max = thickness_m, .open_max = true})};
+}
+
+TrayType read_tray_type(const yaml::Node& node, const std::string& name, const Types& types) {
+  const yaml::Map keys = node.map(
+      {"kind", "min_xy_m", "max_xy_m", "outline_m", "thickness_m", "mass_kg", "label", "slots"});
+  TrayType type;
+  type.name = name;
+  type.kind = keys["kind"].word({"part_tray", "kit_tray"}) == 0 ? api::BodyKind::kPartTray
+                                                                : api::BodyKind::kKitTray;
+  read_slab(keys, type);
   type.thickness_m = keys["thickness_m"].number(kLength);
   type.mass_kg = keys["mass_kg"].number(kPositive);
+  type.label = read_label(keys["label"], type.thickness_m);
+  if (type.label) check_label(keys["label"], type);
   const std::vector<yaml::Node> items = keys["slots"].items();
   for (const yaml::Node& item : items) {
     Slot slot = read_slot(item, types);

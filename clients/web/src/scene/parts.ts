@@ -5,12 +5,13 @@ import {
   type BodyDescription,
   type BodyState,
   type CellDescription,
-  type CellAppearance
+  type CellAppearance,
+  type TrayGeometry
 } from '../protocol';
 import {place, toVector} from './convert';
 import {surface, type SurfaceMaterial} from './materials';
 import {flatLabel} from './lettering';
-import {gearGeometry, trayGeometry, type Pocket} from './shapes';
+import {gearGeometry, trayGeometry, type Pocket, type Slab} from './shapes';
 
 const kGearColors = [0xf08a24, 0x18a999, 0x8a63d2, 0xd64550, 0x3f8efc];
 const kGroupNames: Record<number, string> = {
@@ -129,7 +130,17 @@ function geometryOf(
   const tray = geometry.value;
   const pockets = pocketsOf(body, appearance);
   const color = new THREE.Color(body.kind === BodyKind.KIT_TRAY ? kKitTray : kPartTray);
-  return trayGeometry(toVector(tray.boxMinM), toVector(tray.boxMaxM), pockets, color);
+  return trayGeometry(slabOf(tray), pockets, color);
+}
+
+function slabOf(tray: TrayGeometry): Slab {
+  return {
+    min: toVector(tray.boxMinM),
+    max: toVector(tray.boxMaxM),
+    outline: tray.outlineM.map((p) => new THREE.Vector2(p.x, p.y)),
+    labelSize: tray.labelSizeM,
+    labelDepth: tray.labelDepthM
+  };
 }
 
 function pocketsOf(body: BodyDescription, appearance: CellAppearance | null): Pocket[] {
@@ -147,9 +158,8 @@ function pocketsOf(body: BodyDescription, appearance: CellAppearance | null): Po
 /** A label with the tray's name on its top, where no pocket is; null where there is no room. */
 function trayLabel(body: BodyDescription, appearance: CellAppearance | null): THREE.Mesh | null {
   if (body.geometry.case !== 'tray') return null;
-  const min = toVector(body.geometry.value.boxMinM),
-    max = toVector(body.geometry.value.boxMaxM);
-  const place = labelPlace(min, max, pocketsOf(body, appearance));
+  const slab = slabOf(body.geometry.value);
+  const place = labelPlace(slab, pocketsOf(body, appearance));
   if (!place) return null;
   const kit = body.kind === BodyKind.KIT_TRAY;
   const label = flatLabel(
@@ -161,9 +171,20 @@ function trayLabel(body: BodyDescription, appearance: CellAppearance | null): TH
     place.width,
     place.height
   );
-  label.position.set(place.x, place.y, max.z + 3e-4);
+  label.position.set(place.x, place.y, slab.max.z + 3e-4);
   if (place.turned) label.rotation.z = Math.PI / 2;
   return label;
+}
+
+/** Whether a rectangle of half sizes w and h about (x, y) lies within a convex outline. */
+function liesWithin(outline: THREE.Vector2[], x: number, y: number, w: number, h: number): boolean {
+  return outline.every((a, i) => {
+    const b = outline[(i + 1) % outline.length] ?? a;
+    const side = b.clone().sub(a);
+    // The rectangle's corner that lies farthest to the right of the side.
+    const reach = Math.abs(side.y) * w + Math.abs(side.x) * h;
+    return side.x * (y - a.y) - side.y * (x - a.x) >= reach;
+  });
 }
 
 interface LabelPlace {
@@ -175,12 +196,15 @@ interface LabelPlace {
 }
 
 /** The largest label that fits between the pockets, nearest to the tray's lower edge. */
-function labelPlace(min: THREE.Vector3, max: THREE.Vector3, pockets: Pocket[]): LabelPlace | null {
+function labelPlace(slab: Slab, pockets: Pocket[]): LabelPlace | null {
+  const {min, max, outline, labelSize} = slab;
   for (const [width, height] of kLabelSizes) {
     for (const turned of [false, true]) {
       const w = (turned ? height : width) / 2 + kLabelMargin_m,
         h = (turned ? width : height) / 2 + kLabelMargin_m;
       const isFree = (x: number, y: number): boolean =>
+        (labelSize === 0 || Math.abs(x) > w + labelSize / 2 || Math.abs(y) > h + labelSize / 2) &&
+        liesWithin(outline, x, y, w, h) &&
         pockets.every(
           (p) =>
             Math.hypot(Math.max(0, Math.abs(p.x - x) - w), Math.max(0, Math.abs(p.y - y) - h)) >

@@ -82,6 +82,7 @@ export interface GearSizes {
 
 const kToothPitch_m = 0.009; // along the rim
 const kToothDepth_m = 0.005;
+const kLabel = 0xf4f5f2;
 
 function toothedOutline(tip: number): THREE.Shape {
   const teeth = Math.max(12, Math.round((2 * Math.PI * tip) / kToothPitch_m));
@@ -181,15 +182,28 @@ export interface Pocket {
   depth: number;
 }
 
-/** Tray in its frame: slab from `min` to `max`, top face at z = max.z, with its pockets. */
+/** A tray's slab in its frame. */
+export interface Slab {
+  min: THREE.Vector3;
+  /** With the top face at its z. */
+  max: THREE.Vector3;
+  /** Corners seen from above, counter-clockwise; empty if the slab is the box. */
+  outline: THREE.Vector2[];
+  /** Square recess about the origin of the top face; size 0 if there is none. */
+  labelSize: number;
+  labelDepth: number;
+}
+
+/** Tray in its frame, with its pockets and the recess of its label, on which a white label lies. */
 export function trayGeometry(
-  min: THREE.Vector3,
-  max: THREE.Vector3,
+  slab: Slab,
   pockets: Pocket[],
   color: THREE.Color
 ): THREE.BufferGeometry {
+  const {min, max, labelSize, labelDepth} = slab;
   const depth = pockets.reduce((most, p) => Math.max(most, p.depth), 0.4 * (max.z - min.z));
-  const sheet = roundedRectangle(min, max, 0.006);
+  const sheet = outlineOf(slab);
+  if (labelSize > 0) sheet.holes.push(squareHole(labelSize / 2));
   for (const p of pockets) {
     const hole = new THREE.Path();
     hole.absarc(p.x, p.y, p.top, 0, 2 * Math.PI, true);
@@ -200,13 +214,18 @@ export function trayGeometry(
     bevelEnabled: false,
     curveSegments: segments(28)
   }).translate(0, 0, max.z - depth);
-  const lower = new THREE.ExtrudeGeometry(roundedRectangle(min, max, 0.006), {
+  const lower = new THREE.ExtrudeGeometry(outlineOf(slab), {
     depth: max.z - depth - min.z,
     bevelEnabled: false,
     curveSegments: 6
   }).translate(0, 0, min.z);
   const inside = color.clone().multiplyScalar(0.72);
   const parts = [tinted(upper, color), tinted(lower, color.clone().multiplyScalar(0.85))];
+  if (labelSize > 0) {
+    const label = new THREE.BoxGeometry(labelSize, labelSize, depth - labelDepth);
+    label.translate(0, 0, max.z - (depth + labelDepth) / 2);
+    parts.push(tinted(label, kLabel));
+  }
   for (const p of pockets) {
     // From the floor outwards and up, so that the faces point into the pocket.
     parts.push(
@@ -224,6 +243,16 @@ export function trayGeometry(
     );
   }
   return merged(parts);
+}
+
+function outlineOf({min, max, outline}: Slab): THREE.Shape {
+  return outline.length > 0 ? new THREE.Shape(outline) : roundedRectangle(min, max, 0.006);
+}
+
+function squareHole(half: number): THREE.Path {
+  const hole = new THREE.Path();
+  hole.moveTo(-half, -half).lineTo(-half, half).lineTo(half, half).lineTo(half, -half).closePath();
+  return hole;
 }
 
 function roundedRectangle(min: THREE.Vector3, max: THREE.Vector3, r: number): THREE.Shape {

@@ -95,6 +95,31 @@ TEST(Mesh, ATrayIsClosedWithItsPocketsAndLabel) {
   EXPECT_NEAR(volume(mesh), 0.16 * 0.16 * 0.015 - 2 * pocket - 0.04 * 0.04 * 1e-3, 1e-9);
 }
 
+TEST(Mesh, ATrayHasItsOutlineAndTheRecessOfItsType) {
+  scene::TrayType type = tray_type();
+  type.slots.clear();
+  type.outline =
+      scene::outline_of({{-0.08, -0.08}, {0.08, -0.08}, {0.08, 0}, {0, 0.08}, {-0.08, 0.08}});
+  type.label = scene::LabelRecess{.size_m = 0.03, .depth_m = 0.002};
+  const Mesh mesh = tray_mesh(type, place_label(type, {}, 7));
+  EXPECT_NEAR(gap(mesh), 0, 1e-8);
+  EXPECT_NEAR(volume(mesh), (0.16 * 0.16 - 0.08 * 0.08 / 2) * 0.015 - 0.03 * 0.03 * 0.002, 1e-9);
+}
+
+TEST(Mesh, ALabelStaysWithinTheOutline) {
+  scene::TrayType type = tray_type();
+  type.slots.clear();
+  type.outline = scene::outline_of({{-0.08, -0.08}, {0.08, -0.08}, {-0.08, 0.05}});
+  const auto label = place_label(type, {}, 7);
+  ASSERT_TRUE(label.has_value());
+  const double half = label->size_m / 2;
+  for (const double x : {-half, half}) {
+    for (const double y : {-half, half}) {
+      EXPECT_GT(type.outline->depth_of(label->centre + Eigen::Vector2d(x, y)), 0);
+    }
+  }
+}
+
 TEST(Mesh, ALabelKeepsClearOfPockets) {
   scene::TrayType type = tray_type();
   type.slots[0].xy = {0.01, 0};

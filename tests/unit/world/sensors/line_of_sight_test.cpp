@@ -8,6 +8,13 @@
 namespace aprsim::sensors {
 namespace {
 
+/// A triangle with its corner cut off, off the middle of its frame.
+const scene::Outline& wedge() {
+  static const scene::Outline kWedge =
+      scene::outline_of({{-0.2, -0.1}, {0.3, -0.1}, {0.3, 0.05}, {-0.05, 0.4}});
+  return kWedge;
+}
+
 /// Signed depth of a point below the shape's surface, written apart from the code under test.
 double depth(const Shape& shape, const Eigen::Vector3d& p) {
   if (const auto* box = std::get_if<robot::BoxShape>(&shape)) {
@@ -19,6 +26,16 @@ double depth(const Shape& shape, const Eigen::Vector3d& p) {
   if (const auto* cylinder = std::get_if<robot::CylinderShape>(&shape)) {
     return std::min(cylinder->radius_m - p.head<2>().norm(),
                     0.5 * cylinder->length_m - std::abs(p.z()));
+  }
+  if (const auto* prism = std::get_if<PrismShape>(&shape)) {
+    double least = 0.5 * prism->height_m - std::abs(p.z());
+    const auto& corners = prism->outline->corners;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const Eigen::Vector2d side = corners[(i + 1) % corners.size()] - corners[i];
+      const Eigen::Vector2d from = p.head<2>() + prism->middle - corners[i];
+      least = std::min(least, (side.x() * from.y() - side.y() * from.x()) / side.norm());
+    }
+    return least;
   }
   const auto& capsule = std::get<robot::CapsuleShape>(shape);
   const double z = std::clamp(p.z(), -0.5 * capsule.length_m, 0.5 * capsule.length_m);
@@ -78,7 +95,9 @@ INSTANTIATE_TEST_SUITE_P(Shapes, LineOfSight,
                          testing::Values(NamedShape{"Box", robot::BoxShape{{0.3, 0.5, 0.2}}},
                                          NamedShape{"Cylinder", robot::CylinderShape{0.2, 0.4}},
                                          NamedShape{"Capsule", robot::CapsuleShape{0.15, 0.4}},
-                                         NamedShape{"Sphere", robot::SphereShape{0.3}}),
+                                         NamedShape{"Sphere", robot::SphereShape{0.3}},
+                                         NamedShape{"Prism",
+                                                    PrismShape{&wedge(), {0.05, 0.15}, 0.3}}),
                          [](const auto& test) { return test.param.name; });
 
 TEST(LineOfSightEdges, StraightAlongTheAxes) {

@@ -1,11 +1,11 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "world/physics/collision/pairs/circle_edge_vs_gear.hpp"
 #include "world/physics/collision/pairs/gear_vs_prism.hpp"
 #include "world/physics/collision/pairs/narrow_phase.hpp"
 #include "world/physics/collision/shapes/length.hpp"
-#include "world/scene/model/part_shapes.hpp"
 
 // A gear against each thing made of prisms: a box, a tray's slab with pockets, a finger's pad. Each
 // takes the pair into the frame of the prism, collects candidates, and keeps what supports the
@@ -65,18 +65,18 @@ detail::Prism half_v(const Pad& pad, double groove_depth, double side) {
   // Convex decomposition: the notch is concave. The internal side has no exit, so that no contact
   // pushes a peg from one half into the other.
   detail::Prism prism;
-  prism.sides = 5;
   const Vector2d rear(0, back), corner(side * half, back), front(side * half, 0),
       rim(side * mouth, 0), apex(0, -groove_depth);
   const Vector2d to_rear(0, -1), outside(side, 0), face(0, 1), groove(-side * c, s),
       joint(-side, 0);
+  using Sides = std::array<Vector2d, 5>;
   if (side > 0) {
-    prism.v = {rear, corner, front, rim, apex};
-    prism.n = {to_rear, outside, face, groove, joint};
+    prism.set_sides(Sides{rear, corner, front, rim, apex},
+                    Sides{to_rear, outside, face, groove, joint});
     prism.internal[4] = true;
   } else {
-    prism.v = {rear, apex, rim, front, corner};
-    prism.n = {joint, groove, face, outside, to_rear};
+    prism.set_sides(Sides{rear, apex, rim, front, corner},
+                    Sides{joint, groove, face, outside, to_rear});
     prism.internal[0] = true;
   }
   prism.z0 = 0;
@@ -103,8 +103,7 @@ void gear_box(const detail::GearShape& gear, const Isometry3d& X_WG, const Vecto
 void gear_tray(const detail::GearShape& gear, const Isometry3d& X_WG, const scene::TrayType& tray,
                const Isometry3d& X_WP, BodyIndex a, BodyIndex b, std::vector<Contact>& out) {
   const Isometry3d X_PG = X_WP.inverse(Eigen::Isometry) * X_WG;
-  const Eigen::AlignedBox3d box = scene::slab_of(tray);
-  const detail::Prism slab = detail::box_prism(box.min(), box.max());
+  const detail::Prism slab = detail::slab_prism(tray);
   NearPockets near;
   find_near_pockets(gear, X_PG, tray, near);
   const std::span<const detail::PocketProfile> pockets(near.items.data(), near.count);

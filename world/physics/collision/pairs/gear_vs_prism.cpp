@@ -31,10 +31,10 @@ constexpr int kTop = 0, kBottom = 1;
 /// A face plane of the prism and how the gear lies to it.
 struct Plane {
   Vector3d n;
-  double off = 0;
-  double along = 0, sine = 0;  ///< of the angle between n and the gear's axis
-  bool crossed = false;        ///< the gear's bounds lie on both sides
-  bool exit = false;           ///< the gear may be pushed out through it
+  double off;
+  double along, sine;  ///< of the angle between n and the gear's axis
+  bool crossed;        ///< the gear's bounds lie on both sides
+  bool exit;           ///< the gear may be pushed out through it
   [[nodiscard]] double under(const Vector3d& p) const { return off - n.dot(p); }
 };
 
@@ -45,7 +45,7 @@ struct Pair {
   const Prism& prism;
   std::span<const PocketProfile> pockets;
   Vector3d c, u, e1, e2;
-  std::array<Plane, kMaxPlanes> planes;
+  std::array<Plane, kMaxPlanes> planes;  ///< set by set_planes() and classify_planes()
   int plane_count = 0;
   int crossed_count = 0, exit_count = 0;
 
@@ -92,7 +92,7 @@ void set_planes(Pair& pair) {
   for (int i = 0; i < prism.sides; ++i) {
     const auto k = static_cast<std::size_t>(i);
     pair.planes[k + 2].n = Vector3d(prism.n[k].x(), prism.n[k].y(), 0);
-    pair.planes[k + 2].off = prism.n[k].dot(prism.v[k]);
+    pair.planes[k + 2].off = prism.off[k];
   }
   pair.plane_count = prism.sides + 2;
 }
@@ -255,11 +255,10 @@ bool rim_on_prism(const Pair& pair, const Ring& ring, const Resting& rest, Candi
     if (!pair.planes[static_cast<std::size_t>(f)].exit || (one_face && rest.face != f)) continue;
     rim_on_face(pair, rim, f, rest, near, out);
   }
-  const Slab slab{pair.prism.corner(0), pair.prism.corner(2), pair.prism.z0};
   for (int i = 0; i < near.count; ++i) {
     const PocketProfile& pocket = *near.touching[static_cast<std::size_t>(i)];
-    rim_on_pocket_side(rim, pocket, slab, out);
-    if (!comes_from_below(pair)) rim_on_pocket_floor(rim, pocket, slab, out);
+    rim_on_pocket_side(rim, pocket, pair.prism, out);
+    if (!comes_from_below(pair)) rim_on_pocket_floor(rim, pocket, pair.prism.z0, out);
   }
   return true;
 }
@@ -387,19 +386,6 @@ void arcs_on_prism(const Pair& pair, const Ring& ring, Candidates& out) {
 }
 
 }  // namespace
-
-Prism box_prism(const Vector3d& lo, const Vector3d& hi) {
-  Prism prism;
-  prism.sides = 4;
-  prism.v = {Eigen::Vector2d(lo.x(), lo.y()), Eigen::Vector2d(hi.x(), lo.y()),
-             Eigen::Vector2d(hi.x(), hi.y()), Eigen::Vector2d(lo.x(), hi.y())};
-  prism.n = {Eigen::Vector2d(0, -1), Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1),
-             Eigen::Vector2d(-1, 0)};
-  prism.z0 = lo.z();
-  prism.z1 = hi.z();
-  prism.middle = 0.5 * (lo + hi);
-  return prism;
-}
 
 bool gear_on_prism(const GearShape& gear, const Isometry3d& X_SG, const Prism& prism,
                    std::span<const PocketProfile> pockets, Candidates& out) {

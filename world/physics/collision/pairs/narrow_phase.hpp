@@ -36,6 +36,29 @@ void box_box(const Eigen::Vector3d& size_a, const Eigen::Isometry3d& X_WA,
              const Eigen::Vector3d& size_b, const Eigen::Isometry3d& X_WB, BodyIndex a, BodyIndex b,
              SurfacePair pair, std::vector<Contact>& out);
 
+/// A box about its frame's origin, or a convex prism in that box, as high as it is.
+struct SlabShape {
+  Eigen::Vector3d size = Eigen::Vector3d::Zero();    ///< of the box
+  const scene::Outline* outline = nullptr;           ///< of the prism; none = the box itself
+  Eigen::Vector2d middle = Eigen::Vector2d::Zero();  ///< of the box, in the outline's frame
+};
+
+/// The same as box_box() between two boxes; else at most eight points of one face.
+void slab_slab(const SlabShape& slab_a, const Eigen::Isometry3d& X_WA, const SlabShape& slab_b,
+               const Eigen::Isometry3d& X_WB, BodyIndex a, BodyIndex b, SurfacePair pair,
+               std::vector<Contact>& out);
+
+/// A cylinder (b) about the z axis of its frame, centred on it, against a slab (a).
+void slab_cylinder(const SlabShape& slab, const Eigen::Isometry3d& X_WS, double radius_m,
+                   double length_m, const Eigen::Isometry3d& X_WC, BodyIndex a, BodyIndex b,
+                   SurfacePair pair, std::vector<Contact>& out);
+
+/// The same for a capsule, whose cylindrical part is `length_m` long (0 = a sphere): at most three
+/// points, of its ends and where it is deepest.
+void slab_capsule(const SlabShape& slab, const Eigen::Isometry3d& X_WS, double radius_m,
+                  double length_m, const Eigen::Isometry3d& X_WC, BodyIndex a, BodyIndex b,
+                  SurfacePair pair, std::vector<Contact>& out);
+
 /// A finger's pad. Finger frame: origin at the finger tip's centre in the tool's xz plane on the
 /// pad's face line, z towards the palm (against the approach), y pointing out of the pad face (the
 /// closing direction), x across. A V pad's groove is cut into that face, symmetric about x = 0.

@@ -1,7 +1,6 @@
 #include "world/physics/collision/pairs/rim_vs_pocket.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "world/base/simd/vector_clones.hpp"
@@ -35,12 +34,18 @@ CircleBasis anchored(const RimS& rim, const PocketProfile& pocket) {
   return {rim.c, rim.r * along, rim.r * rim.u.cross(along)};
 }
 
-/// Surface of an exit. From kElsewhere on: the slab's sides towards lower and higher x, y, z.
-enum PocketExit : int { kWall = 0, kChamfer = 1, kTopFace = 2, kElsewhere = 3, kBelow = 7 };
+/// Surface of an exit. From kElsewhere on: the slab's sides in their order.
+enum PocketExit : int {
+  kWall = 0,
+  kChamfer = 1,
+  kTopFace = 2,
+  kElsewhere = 3,
+  kBelow = kElsewhere + Prism::kMaxSides
+};
 
 /// Nearest exit of the material around the pocket at p (tray frame), r from the pocket's axis: into
 /// the pocket through wall or chamfer, up, or through the slab's sides.
-PenetrationExit pocket_exit(const PocketProfile& pocket, const Slab& slab, const Vector3d& p,
+PenetrationExit pocket_exit(const PocketProfile& pocket, const Prism& slab, const Vector3d& p,
                             double r) {
   PenetrationExit exit{pocket.behind_wall(r, p.z()), kWall};
   // Later faces replace earlier ones only if strictly nearer; ties go to the wall.
@@ -49,10 +54,10 @@ PenetrationExit pocket_exit(const PocketProfile& pocket, const Slab& slab, const
   };
   nearer(pocket.behind_chamfer(r, p.z()), kChamfer);
   nearer(-p.z(), kTopFace);
-  nearer(p.x() - slab.lo.x(), kElsewhere);
-  nearer(slab.hi.x() - p.x(), kElsewhere + 1);
-  nearer(p.y() - slab.lo.y(), kElsewhere + 2);
-  nearer(slab.hi.y() - p.y(), kElsewhere + 3);
+  for (int i = 0; i < slab.sides; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    nearer(slab.off[k] - slab.n[k].dot(p.head<2>()), kElsewhere + i);
+  }
   const double above = p.z() - slab.z0;
   if (above < 0) nearer(above, kBelow);
   return exit;
@@ -68,18 +73,24 @@ bool beyond_corner(double behind_side, double exit_up) {
 
 /// Peaks of the depth that pocket_exit() has, without those that belong to the top face or are
 /// under the floor.
-APRSIM_VECTOR_CLONES void sample(const PocketProfile& pocket, const Slab& slab, const RimS& rim,
+APRSIM_VECTOR_CLONES void sample(const PocketProfile& pocket, const Prism& slab, const RimS& rim,
                                  const CircleBasis& basis, CandidateSamples& peaks) {
   const CircleSamples x = basis.samples(0), y = basis.samples(1), z = basis.samples(2);
-  const double lo_x = slab.lo.x(), hi_x = slab.hi.x(), lo_y = slab.lo.y(), hi_y = slab.hi.y();
   ClosedCircleSamples depth, wall, chamfer, sides, height;
   CircleSamples most, used;
+  sides.fill(1e30);
+  for (int side = 0; side < slab.sides; ++side) {
+    const auto k = static_cast<std::size_t>(side);
+    const double n_x = slab.n[k].x(), n_y = slab.n[k].y(), off = slab.off[k];
+    for (std::size_t i = 0; i < kCircleSamples; ++i) {
+      sides[i] = std::min(sides[i], off - (n_x * x[i] + n_y * y[i]));
+    }
+  }
   for (std::size_t i = 0; i < kCircleSamples; ++i) {
     const double dx = x[i] - pocket.x, dy = y[i] - pocket.y;
     const double r = std::sqrt(dx * dx + dy * dy);
     wall[i] = pocket.behind_wall(r, z[i]);
     chamfer[i] = pocket.behind_chamfer(r, z[i]);
-    sides[i] = std::min(std::min(x[i] - lo_x, hi_x - x[i]), std::min(y[i] - lo_y, hi_y - y[i]));
     height[i] = z[i];
     const double least = std::min(std::min(wall[i], chamfer[i]), std::min(-z[i], sides[i]));
     const double above = z[i] - slab.z0;
@@ -120,7 +131,7 @@ APRSIM_VECTOR_CLONES void sample(const PocketProfile& pocket, const Slab& slab, 
 }
 
 /// The same for a point of a circle.
-ExitWithGradient pocket_exit_along(const PocketProfile& pocket, const Slab& slab,
+ExitWithGradient pocket_exit_along(const PocketProfile& pocket, const Prism& slab,
                                    const CirclePoint& at) {
   const double x = at.p.x() - pocket.x, y = at.p.y() - pocket.y, r = length(x, y);
   const Vector3d& on = at.by_step;
@@ -133,9 +144,13 @@ ExitWithGradient pocket_exit_along(const PocketProfile& pocket, const Slab& slab
     exit.slope = r > 0 ? exit.turn / r : 0;
     return exit;
   }
-  const std::array<double, 6> slopes{-on.z(), on.x(), -on.x(), on.y(), -on.y(), on.z()};
   exit.excluded = exit.kind == kBelow;
-  exit.slope = exit.turn = slopes[static_cast<std::size_t>(exit.kind - kTopFace)];
+  if (exit.kind == kTopFace || exit.kind == kBelow) {
+    exit.slope = exit.kind == kTopFace ? -on.z() : on.z();
+  } else {
+    exit.slope = -slab.n[static_cast<std::size_t>(exit.kind - kElsewhere)].dot(on.head<2>());
+  }
+  exit.turn = exit.slope;
   return exit;
 }
 
@@ -184,7 +199,7 @@ RimInPocket rim_in_pocket(const RimS& rim, const PocketProfile& pocket) {
   return RimInPocket::kTouching;
 }
 
-void rim_on_pocket_side(const RimS& rim, const PocketProfile& pocket, const Slab& slab,
+void rim_on_pocket_side(const RimS& rim, const PocketProfile& pocket, const Prism& slab,
                         Candidates& out) {
   const CircleBasis basis = anchored(rim, pocket);
   // Sampled around the rim; the local maxima of depth are refined.
@@ -210,14 +225,14 @@ void rim_on_pocket_side(const RimS& rim, const PocketProfile& pocket, const Slab
   });
 }
 
-void rim_on_pocket_floor(const RimS& rim, const PocketProfile& pocket, const Slab& slab,
+void rim_on_pocket_floor(const RimS& rim, const PocketProfile& pocket, double underside,
                          Candidates& out) {
   if (rim.c.z() - rim.r * rim.sine >= -pocket.depth) return;
   Vector3d d1, d2;
   anchor_directions(rim, Vector3d::UnitZ(), rim.sine, d1, d2);
   for (const Vector3d& d : {d1, d2, Vector3d(-d1), Vector3d(-d2)}) {
     const Vector3d p = rim.c + rim.r * d;
-    if (p.z() > slab.z0 &&
+    if (p.z() > underside &&
         length(p.x() - pocket.x, p.y() - pocket.y) < pocket.r_floor + kCornerReach) {
       out.add(p, Vector3d::UnitZ(), -pocket.depth - p.z());
     }

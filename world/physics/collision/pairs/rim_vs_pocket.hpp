@@ -4,6 +4,7 @@
 
 #include "world/physics/collision/reduction/contact_reduction.hpp"
 #include "world/physics/collision/shapes/pocket.hpp"
+#include "world/physics/collision/shapes/prism.hpp"
 
 namespace aprsim::physics::detail {
 
@@ -26,21 +27,15 @@ enum class RimInPocket {
 /// Corners: how far behind the wall a point may be and still be held by the floor. [m]
 inline constexpr double kCornerReach = 0.5e-3;
 
-/// The slab around the pockets, in the tray frame (top face at z = 0).
-struct Slab {
-  Eigen::Vector2d lo, hi;
-  double z0 = 0;  ///< underside
-};
-
 [[nodiscard]] RimInPocket rim_in_pocket(const RimS& rim, const PocketProfile& pocket);
 
 /// Contacts of the rim with wall, chamfer and the mouth's corner (deepest points around it), normal
-/// out of the material.
-void rim_on_pocket_side(const RimS& rim, const PocketProfile& pocket, const Slab& slab,
+/// out of the material. `slab`: around the pockets, with its top face at z = 0.
+void rim_on_pocket_side(const RimS& rim, const PocketProfile& pocket, const Prism& slab,
                         Candidates& out);
 
-/// Contacts of the rim with the floor: four points around it.
-void rim_on_pocket_floor(const RimS& rim, const PocketProfile& pocket, const Slab& slab,
+/// Contacts of the rim with the floor: four points around it. `underside`: z of the slab's.
+void rim_on_pocket_floor(const RimS& rim, const PocketProfile& pocket, double underside,
                          Candidates& out);
 
 /// Two directions at right angles in the rim's plane, for four points against a plane with normal

@@ -9,6 +9,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kMaxPoints = 4;
+constexpr std::size_t kMaxFacePoints = 8;
 /// Depths closer than this count as equal: the order of the candidates, which follows body-fixed
 /// features, then decides instead of rounding noise.
 constexpr double kSameDepth = 2e-6;
@@ -67,10 +68,43 @@ int best_of(const Selection& from, double least, const Score& score) {
   return best;
 }
 
+constexpr double kWidth = 1e-6;  // of the smallest triangle worth keeping [m]
+
+/// Adds the point that enlarges the polygon the most, until it has as many corners as wanted. The
+/// polygon begins with four corners, counter-clockwise around n.
+void emit_more(const Candidates& all, const Selection& from, std::array<int, 4> corners,
+               const Emission& to) {
+  std::array<int, kMaxFacePoints> ring;
+  std::size_t count = corners.size();
+  std::copy(corners.begin(), corners.end(), ring.begin());
+  const Vector3d n = all[ring[0]].n;
+  while (count < ring.size()) {
+    std::size_t after = 0;
+    double most = 0;
+    int best = -1;
+    for (std::size_t k = 0; k < count; ++k) {
+      const Vector3d& p = all[ring[k]].p;
+      const Vector3d side = all[ring[(k + 1) % count]].p - p;
+      const int found = best_of(from, std::max(most, kWidth * side.norm()),
+                                [&](int i) { return n.dot((all[i].p - p).cross(side)); });
+      if (found < 0) continue;
+      best = found;
+      after = k + 1;
+      most = n.dot((all[found].p - p).cross(side));
+    }
+    if (best < 0) return;
+    emit(all[best], to);
+    std::copy_backward(ring.begin() + static_cast<std::ptrdiff_t>(after),
+                       ring.begin() + static_cast<std::ptrdiff_t>(count),
+                       ring.begin() + static_cast<std::ptrdiff_t>(count + 1));
+    ring[after] = best;
+    ++count;
+  }
+}
+
 /// Points of one plane: four corners of about the largest polygon, the deepest first (Gregorius,
 /// "Robust Contact Creation", GDC 2015).
 void emit_polygon(const Candidates& all, const Selection& from, const Emission& to) {
-  constexpr double kWidth = 1e-6;  // of the smallest triangle worth keeping [m]
   const int a = deepest_of(all, from);
   emit(all[a], to);
   const Vector3d pa = all[a].p;
@@ -96,7 +130,19 @@ void emit_polygon(const Candidates& all, const Selection& from, const Emission& 
     return std::max({beyond_ab, beyond_bc, beyond_ca});
   };
   const int d = best_of(from, kWidth * ab.norm(), added);
-  if (d >= 0) emit(all[d], to);
+  if (d < 0) return;
+  emit(all[d], to);
+  if (!to.many) return;
+  // In order around n: by their angles about the middle of the four.
+  std::array<int, 4> corners{a, b, c, d};
+  const Vector3d middle = 0.25 * (pa + pb + pc + all[d].p);
+  const Vector3d x = (pa - middle).normalized(), y = n.cross(x);
+  const auto angle = [&](int i) {
+    const Vector3d from_middle = all[i].p - middle;
+    return std::atan2(y.dot(from_middle), x.dot(from_middle));
+  };
+  std::sort(corners.begin(), corners.end(), [&](int i, int k) { return angle(i) < angle(k); });
+  emit_more(all, from, corners, to);
 }
 
 /// Up to four that are deepest and farthest from each other in place and direction.

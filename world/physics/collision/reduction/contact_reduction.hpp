@@ -53,9 +53,11 @@ struct Emission {
   SurfacePair pair;
   std::vector<Contact>& out;
   bool flip = false;  ///< the candidates' normals point into b
+  bool many = false;  ///< up to eight points of one plane, for faces that are no rectangles
 };
 
-/// Appends at most four of the candidates: the deepest, then those farthest from what is chosen.
+/// Appends at most four of the candidates (see Emission::many): the deepest, then those farthest
+/// from what is chosen.
 void emit_reduced(const Candidates& candidates, const Emission& to);
 
 /// The same for a gear with axis u (in S): at most four whose normal is along the axis ("flat":

@@ -82,6 +82,28 @@ double to_frustum(const Vector3d& p, const Vector3d& d, double z0, double r0, do
   return span.first();
 }
 
+/// Inside a half space. `height`: over its plane at the origin; `rate`: its change along the ray.
+void cut_half_space(double height, double rate, Span& span) {
+  if (rate == 0) {
+    if (height > 0) span.leave = -kNoHit;
+  } else if (rate > 0) {
+    span.cut(-kNoHit, -height / rate);
+  } else {
+    span.cut(-height / rate, kNoHit);
+  }
+}
+
+/// The part of a ray in a tray's slab with an outline, in the tray frame.
+Span slab_span(const scene::TrayType& tray, const Vector3d& p, const Vector3d& d) {
+  Span span;
+  cut_slab(p.z(), d.z(), -tray.thickness_m, 0, span);
+  for (std::size_t i = 0; i < tray.outline->corners.size(); ++i) {
+    const Eigen::Vector2d& n = tray.outline->normals[i];
+    cut_half_space(n.dot(p.head<2>() - tray.outline->corners[i]), n.dot(d.head<2>()), span);
+  }
+  return span;
+}
+
 Span box_span(const Vector3d& size, const Vector3d& p, const Vector3d& d) {
   Span span;
   for (int axis = 0; axis < 3; ++axis) {
@@ -109,7 +131,9 @@ double distance_to_tray(const scene::TrayType& tray, const Eigen::Isometry3d& X_
                         const Ray& ray) {
   const Eigen::AlignedBox3d slab = scene::slab_of(tray);
   const Vector3d p = X_WP.inverse() * ray.p_W, d = X_WP.linear().transpose() * ray.d_W;
-  const double to_slab = box_span(slab.sizes(), p - slab.center(), d).first();
+  const Span span =
+      tray.outline ? slab_span(tray, p, d) : box_span(slab.sizes(), p - slab.center(), d);
+  const double to_slab = span.first();
   // Pockets open upwards, so that only a falling ray can enter one.
   if (to_slab == kNoHit || d.z() >= 0) return to_slab;
   const Vector3d hit = p + to_slab * d;

@@ -87,6 +87,48 @@ TEST(MassProperties, ASlabWithoutPocketsIsABox) {
   EXPECT_NEAR(m.inertia(2, 2), 0.2 * (0.138 * 0.138 + 0.21 * 0.21) / 12, 1e-16);
 }
 
+TEST(MassProperties, ARectangularOutlineWeighsAsItsBox) {
+  scene::TrayType t = test::conical_tray();
+  t.min_xy = {-0.105, -0.025};
+  t.max_xy = {0.105, 0.113};
+  t.slots.clear();
+  t.label = scene::LabelRecess{.size_m = 0.04, .depth_m = 0.001};
+  const MassProperties box = tray_mass(t);
+  t.outline = scene::outline_of(test::corners_of(t));
+  const MassProperties prism = tray_mass(t);
+  EXPECT_LT((prism.com - box.com).norm(), 1e-15);
+  EXPECT_LT((prism.inertia - box.inertia).norm(), 1e-16);
+}
+
+TEST(MassProperties, AWedgeMatchesVoxels) {
+  scene::TrayType t = test::wedge_tray();
+  t.label = scene::LabelRecess{.size_m = 0.04, .depth_m = 0.001};
+  const double step = 5e-4;
+  double volume = 0;
+  Vector3d first = Vector3d::Zero();
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+  for (double z = -t.thickness_m + step / 2; z < 0; z += step) {
+    for (double x = t.min_xy.x() + step / 2; x < t.max_xy.x(); x += step) {
+      for (double y = t.min_xy.y() + step / 2; y < t.max_xy.y(); y += step) {
+        const Vector3d p(x, y, z);
+        const bool in_label = z > -0.001 && std::abs(x) < 0.02 && std::abs(y) < 0.02;
+        if (in_label || test::tray_distance(t, p) > 0) continue;
+        volume += 1;
+        first += p;
+        second += p * p.transpose();
+      }
+    }
+  }
+  const MassProperties m = tray_mass(t);
+  const Vector3d com = first / volume;
+  const Eigen::Matrix3d central = t.mass_kg * (second / volume - com * com.transpose());
+  const Eigen::Matrix3d inertia = central.trace() * Eigen::Matrix3d::Identity() - central;
+  // Voxels err in proportion to their edge: of 1, 0.5 and 0.25 mm, by 77, 35 and 18 um in the
+  // centre of mass and by 1.2, 0.6 and 0.3 thousandths of the inertia.
+  EXPECT_LT((m.com - com).norm(), 0.1 * step);
+  EXPECT_LT((m.inertia - inertia).norm(), 2 / 1e3 * (step / 1e-3) * m.inertia.norm());
+}
+
 TEST(MassProperties, PocketsTakeTheirShareOfATray) {
   const scene::TrayType t = test::cylindrical_tray();
   const MassProperties m = tray_mass(t);

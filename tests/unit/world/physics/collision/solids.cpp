@@ -120,6 +120,42 @@ scene::TrayType cylindrical_tray() {
   return tray_of(p);
 }
 
+scene::TrayType wedge_tray() {
+  scene::TrayType tray = conical_tray();
+  tray.outline = scene::outline_of({{-0.08, -0.08},
+                                    {0.06, -0.085},
+                                    {0.085, -0.06},
+                                    {0.09, 0.07},
+                                    {0.06, 0.09},
+                                    {-0.075, 0.08},
+                                    {-0.085, 0}});
+  tray.min_xy = {-0.085, -0.085};
+  tray.max_xy = {0.09, 0.09};
+  return tray;
+}
+
+std::vector<Vector2d> corners_of(const scene::TrayType& tray) {
+  if (tray.outline) return tray.outline->corners;
+  const Vector2d &lo = tray.min_xy, &hi = tray.max_xy;
+  return {lo, {hi.x(), lo.y()}, hi, {lo.x(), hi.y()}};
+}
+
+double prism_distance(const std::vector<Vector2d>& corners, double z0, double z1,
+                      const Vector3d& p) {
+  bool inside = false;
+  double beside = 1e30;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const Vector2d &a = corners[i], &b = corners[(i + 1) % corners.size()];
+    beside = std::min(beside, segment_distance(a, b, p.head<2>()));
+    if ((a.y() > p.y()) != (b.y() > p.y()) &&
+        p.x() < a.x() + (p.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x())) {
+      inside = !inside;
+    }
+  }
+  const Vector2d q(inside ? -beside : beside, std::max(p.z() - z1, z0 - p.z()));
+  return q.cwiseMax(0).norm() + std::min(0.0, q.maxCoeff());
+}
+
 double gear_distance(const scene::GearType& gear, const Vector3d& p) {
   return profile_distance(gear_profile(gear), {std::hypot(p.x(), p.y()), p.z()});
 }
@@ -130,9 +166,7 @@ double box_distance(const Vector3d& half, const Vector3d& p) {
 }
 
 double tray_distance(const scene::TrayType& tray, const Vector3d& p) {
-  const Vector3d lo(tray.min_xy.x(), tray.min_xy.y(), -tray.thickness_m);
-  const Vector3d hi(tray.max_xy.x(), tray.max_xy.y(), 0);
-  double distance = box_distance(0.5 * (hi - lo), p - 0.5 * (lo + hi));
+  double distance = prism_distance(corners_of(tray), -tray.thickness_m, 0, p);
   for (const scene::Slot& slot : tray.slots) {
     const Eigen::Vector2d d = p.head<2>() - slot.xy;
     const double into = -profile_distance(pocket_profile(slot.pocket), {d.norm(), p.z()});
@@ -165,8 +199,14 @@ std::vector<Vector3d> gear_rims(const scene::GearType& gear, int around) {
 
 std::vector<Vector3d> tray_edges(const scene::TrayType& tray, int around) {
   std::vector<Vector3d> points;
-  add_box_edges(points, {tray.min_xy.x(), tray.min_xy.y(), -tray.thickness_m},
-                {tray.max_xy.x(), tray.max_xy.y(), 0}, around);
+  const std::vector<Vector2d> corners = corners_of(tray);
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const Vector2d &a = corners[i], &b = corners[(i + 1) % corners.size()];
+    const double z = -tray.thickness_m;
+    add_segment(points, {a.x(), a.y(), 0}, {b.x(), b.y(), 0}, around);
+    add_segment(points, {a.x(), a.y(), z}, {b.x(), b.y(), z}, around);
+    add_segment(points, {a.x(), a.y(), z}, {a.x(), a.y(), 0}, around);
+  }
   for (const scene::Slot& slot : tray.slots) {
     const Profile profile = pocket_profile(slot.pocket);
     for (std::size_t k = 2; k + 2 < profile.size(); ++k) {

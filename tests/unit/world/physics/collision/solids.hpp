@@ -21,10 +21,17 @@ scene::TrayType conical_tray();
 /// 160 x 160 x 15 mm, four pockets r 10.3 with a 1 mm mouth chamfer at (+-45, +-45).
 scene::TrayType cylindrical_tray();
 
+/// The conical tray with a lopsided outline of seven corners.
+scene::TrayType wedge_tray();
+/// The tray's outline, its rectangle's corners if it has none.
+std::vector<Eigen::Vector2d> corners_of(const scene::TrayType& tray);
+
 /// Signed distance (negative inside) of a point to the solid, each in its own frame.
 double gear_distance(const scene::GearType& gear, const Eigen::Vector3d& p);
 double tray_distance(const scene::TrayType& tray, const Eigen::Vector3d& p);
 double box_distance(const Eigen::Vector3d& half, const Eigen::Vector3d& p);
+double prism_distance(const std::vector<Eigen::Vector2d>& corners, double z0, double z1,
+                      const Eigen::Vector3d& p);
 
 /// Points of the gear's surface, and dense ones of its circular edges.
 std::vector<Eigen::Vector3d> gear_surface(const scene::GearType& gear, int around);

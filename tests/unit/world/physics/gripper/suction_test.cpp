@@ -123,5 +123,21 @@ TEST(RayGap, FallsIntoATraysPockets) {
   EXPECT_EQ(down(0.11, 0), kNone);
 }
 
+TEST(RayGap, PassesByTheCornerThatAnOutlineCutsOff) {
+  scene::TrayType tray;
+  tray.min_xy = {-0.1, -0.1};
+  tray.max_xy = {0.1, 0.1};
+  tray.thickness_m = 0.02;
+  tray.outline = scene::outline_of({{-0.1, -0.1}, {0.1, -0.1}, {0.1, 0}, {0, 0.1}, {-0.1, 0.1}});
+  const Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  const auto from = [&](const Vector3d& p, const Vector3d& d) {
+    return distance_to_tray(tray, X, {p, d});
+  };
+  EXPECT_NEAR(from({0.049, 0.05, 0.05}, -Vector3d::UnitZ()), 0.05, 1e-12);
+  EXPECT_EQ(from({0.051, 0.05, 0.05}, -Vector3d::UnitZ()), kNone);
+  EXPECT_NEAR(from({0.2, 0.05, -0.01}, -Vector3d::UnitX()), 0.15, 1e-12) << "the slanted side";
+  EXPECT_EQ(from({0.2, 0.05, 0.01}, -Vector3d::UnitX()), kNone) << "over it";
+}
+
 }  // namespace
 }  // namespace aprsim::physics::test

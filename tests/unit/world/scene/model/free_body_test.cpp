@@ -45,6 +45,21 @@ TEST(FreeBody, ListsTraysThenGearsWithTheirOutlines) {
   EXPECT_EQ(gear.peg_top_m, 0.04);
 }
 
+TEST(FreeBody, AnOutlineCoversLessThanTheBoxAroundIt) {
+  Scene scene = tray_and_gear();
+  scene.tray_types["kit"].outline =
+      outline_of({{-0.1, -0.05}, {0.1, -0.05}, {0.1, 0}, {0, 0.06}, {-0.1, 0.06}});
+  const FreeBody tray = free_bodies_of(scene)[0];
+  const auto stands = [&](double x_P, double y_P) {
+    return stands_on(Eigen::Isometry3d(Eigen::Translation3d(x_P, y_P, 0)),
+                     Eigen::Isometry3d::Identity(), tray);
+  };
+  EXPECT_TRUE(stands(0.05, 0.029));
+  EXPECT_FALSE(stands(0.05, 0.031)) << "beside the slanted side";
+  EXPECT_FALSE(stands(0.09, 0.05)) << "in the corner of the box";
+  EXPECT_TRUE(stands(-0.09, 0.05));
+}
+
 TEST(FreeBody, AGearStandsOnTheTrayBelowIt) {
   const FreeBody tray = free_bodies_of(tray_and_gear())[0];
   const Eigen::Isometry3d X_WP =
