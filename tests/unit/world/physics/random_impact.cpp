@@ -75,6 +75,20 @@ Momenta momenta_of(const PhysicsWorld& world, const std::array<MassProperties, 2
   return out;
 }
 
+/// Cuts the corners of each type of tray by different shares of its half edge.
+void cut_corners(scene::Scene& scene) {
+  for (auto& [name, type] : scene.tray_types) {
+    const double h = type.max_xy.x();
+    type.outline = scene::outline_of({{-0.9 * h, -h},
+                                      {0.8 * h, -h},
+                                      {h, -0.8 * h},
+                                      {h, 0.7 * h},
+                                      {0.7 * h, h},
+                                      {-h, h},
+                                      {-h, -0.9 * h}});
+  }
+}
+
 /// Adds a body of a random type; returns its mass properties.
 MassProperties add_part(scene::Scene& scene, Dice& dice, const std::string& name, const Pose& X) {
   if (dice.chance(0.3)) {
@@ -94,6 +108,7 @@ MassProperties add_part(scene::Scene& scene, Dice& dice, const std::string& name
 ImpactOutcome random_impact(std::uint64_t seed, const ImpactRange& range) {
   Dice dice(seed);
   scene::Scene scene = empty_scene();
+  if (range.outlines) cut_corners(scene);
   scene.physics.gravity_m_s2 = 0;
   scene.physics.simplification = scene::Simplification::kOff;
   scene.physics.residual_m_s = range.max_residual_m_s;
@@ -124,7 +139,9 @@ ImpactOutcome random_impact(std::uint64_t seed, const ImpactRange& range) {
   const double speed = dice.between(0.1, range.max_speed_m_s);
   const Vector3d common = dice.between(0, 1) * dice.direction();
 
-  const auto spin = [&] { return dice.between(0, range.max_omega_rad_s) * dice.direction(); };
+  const auto spin = [&]() -> Vector3d {
+    return dice.between(0, range.max_omega_rad_s) * dice.direction();
+  };
   const Vector3d towards = second.p.normalized();
   world.set_velocity(swapped ? 1 : 0, common + 0.5 * speed * towards, spin());
   world.set_velocity(swapped ? 0 : 1, common - 0.5 * speed * towards, spin());

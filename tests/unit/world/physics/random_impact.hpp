@@ -18,6 +18,7 @@ struct ImpactRange {
   double max_speed_m_s = 10, max_omega_rad_s = 30;
   double max_restitution = 1, max_friction = 1;
   double max_residual_m_s = 1e-8;  ///< see scene::Physics
+  bool outlines = false;           ///< trays are polygons with cut corners, no boxes
 };
 
 /// Throws a random part at another one in free space, without gravity: gears and trays of random
