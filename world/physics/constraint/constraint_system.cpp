@@ -87,7 +87,7 @@ void ConstraintSystem::begin(const EngineStep& step) {
   forces_.clear();
   contacts_.clear();
   rebounds_ = false;
-  last_pair_ = {};
+  last_pair_.sides = {};
   problem_.clear();
 }
 
@@ -200,8 +200,11 @@ const ConstraintSystem::PairMotion& ConstraintSystem::motion_of(const Contact& c
     const Vector3d gain = omega_W[side] - member.omega_W;
     pair.gain_W += sign * gain.cross(lever);
     pair.gain_gradient += sign * cross_matrix(gain);
-    pair.arc_W += sign * (member.arc_W * lever);
+    const Vector3d arc = member.arc_W * lever;
+    pair.arc_W += sign * arc;
     pair.arc_gradient += sign * member.arc_W;
+    pair.velocity_W += sign * arc;
+    pair.velocity_gradient += sign * member.arc_W;
     pair.mean_omega_W += 0.5 * omega_W[side];
   };
   add(0, contact.sides.a, 1);
@@ -305,7 +308,8 @@ EngineOutcome ConstraintSystem::advance() {
 }
 
 void ConstraintSystem::take_solved_rotations() {
-  last_pair_ = {};
+  last_pair_.sides = {};
+  spins_ = false;
   for (std::size_t i = 0; i < members_.size(); ++i) {
     Member& member = members_[i];
     member.omega_W = member.mean_omega_W = problem_.twist(static_cast<int>(i)).omega;
@@ -315,6 +319,7 @@ void ConstraintSystem::take_solved_rotations() {
       member.mean_omega_W =
           mean_free_omega(member.body->inertia_B(), member.body->q_WB(), member.omega_W, step_s_);
       member.spins = step_s_ * member.omega_W.norm() > kFastTurn;
+      spins_ = spins_ || member.spins;
     }
     member.arc_W = arc_matrix(member.mean_omega_W, step_s_);
   }
@@ -324,6 +329,7 @@ void ConstraintSystem::take_solved_rotations() {
 /// positions at the step's end then fit (SHAKE, Ryckaert et al. 1977), and tops neither nod nor
 /// fall. Whether there are such contacts.
 bool ConstraintSystem::correct_targets() {
+  if (!spins_) return false;
   const auto spins = [this](int number) {
     return number != ContactProblem::kFixed && members_[static_cast<std::size_t>(number)].spins;
   };
@@ -437,7 +443,8 @@ void ConstraintSystem::update_creep(const Contact& contact, const Vector3d& impu
     // A sliding contact is stretched as far as its friction stretches it.
     constraint.creep_W = -step_s_ / kCreepCorrection * contact.compliance_m_s_ns * friction_ns;
   } else {
-    constraint.creep_W += step_s_ * tangential(pair.velocity_at(p) - contact.surface_v_W, n);
+    const Vector3d velocity = pair.velocity_W + pair.velocity_gradient * (p - pair.origin_W);
+    constraint.creep_W += step_s_ * tangential(velocity - contact.surface_v_W, n);
   }
   // It turns with the surfaces.
   constraint.creep_W = turned(constraint.creep_W, step_s_ * pair.mean_omega_W.dot(n), n);

@@ -94,17 +94,13 @@ class ConstraintSystem final : public Engine {
     Sides sides;
     int turning = 0;                   ///< bodies
     Vector origin_W = Vector::Zero();  ///< where the vectors hold
+    /// Mean velocity over the step, how much of it comes within the step by free rotation, and how
+    /// much by the arcs of the points.
     Vector velocity_W = Vector::Zero(), gain_W = velocity_W, arc_W = velocity_W;
     Matrix velocity_gradient = Matrix::Zero(), gain_gradient = velocity_gradient,
            arc_gradient = velocity_gradient;
     Vector common_arc_W = Vector::Zero();  ///< of the rotation that both have in common, anywhere
     Vector mean_omega_W = Vector::Zero();  ///< of the two bodies
-
-    /// Mean over the step.
-    [[nodiscard]] Vector velocity_at(const Vector& p_W) const {
-      const Vector from = p_W - origin_W;
-      return velocity_W + velocity_gradient * from + arc_W + arc_gradient * from;
-    }
   };
   /// Done by contacts on the bodies in a step.
   struct Work {
@@ -136,6 +132,7 @@ class ConstraintSystem final : public Engine {
   std::vector<JointForce*> forces_;
   std::vector<Contact> contacts_;
   bool rebounds_ = false;  // of any contact
+  bool spins_ = false;     // any body
   PairMotion last_pair_;   // contacts of a pair follow each other
 };
 
