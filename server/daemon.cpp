@@ -14,6 +14,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "protocols/cameras/camera_server.hpp"
 #include "protocols/crcl/crcl_server.hpp"
 #include "protocols/grpc/grpc_server.hpp"
 #include "protocols/modbus/modbus_server.hpp"
@@ -21,6 +22,7 @@
 #include "protocols/vision/vision_server.hpp"
 #include "protocols/web/web_server.hpp"
 #include "server/access/security_context.hpp"
+#include "server/cameras/camera_studio.hpp"
 #include "server/config/memory_shares.hpp"
 #include "server/config/version.hpp"
 #include "server/journal/journal.hpp"
@@ -161,6 +163,8 @@ class Daemon::Impl {
                      config.access.allow_foreign_states),
         security_(config, simulation_),
         robots_(make_robots(config, *scene)),
+        studio_(scene, simulation_, config.seed.value_or(scene->seed)),
+        cameras_(make_cameras(config)),
         modbus_(with_tap(modbus_options(context(config)), config, modbus_tap_), simulation_,
                 simulation_),
         telemetry_(grpc_options(config), simulation_, simulation_),
@@ -193,6 +197,11 @@ class Daemon::Impl {
       ports["motion." + name] = three->motion;
       ports["state." + name] = three->state;
       ports["gripper." + name] = three->gripper;
+    }
+    for (auto& [name, server] : cameras_) {
+      const auto port = server->start();
+      if (!port) return not_listening("camera." + name, "cameras.port", port.error());
+      ports["camera." + name] = *port;
     }
     auto modbus = modbus_.start();
     if (!modbus) return not_listening("modbus", "modbus.port", modbus.error());
@@ -236,9 +245,13 @@ class Daemon::Impl {
           ending.emplace_back([&robot] { robot.simple_message->stop(); });
         }
       }
+      for (auto& camera : cameras_) {
+        ending.emplace_back([&camera] { camera.server->stop(); });
+      }
       ending.emplace_back([this] { modbus_.stop(); });
       ending.emplace_back([this] { telemetry_.stop(); });
     }
+    studio_.stop();
     simulation_.stop();
     finish_journal();
     programs_.end();
@@ -254,6 +267,11 @@ class Daemon::Impl {
     std::unique_ptr<crcl_server::CrclServer> crcl;
     std::unique_ptr<vision_server::VisionServer> vision;
     std::unique_ptr<simple_message::SimpleMessageServer> simple_message;  ///< null = none
+  };
+
+  struct Camera {
+    std::string name;
+    std::unique_ptr<camera_server::CameraServer> server;
   };
 
   /// Logs events of the cell, since the simulation's own thread never writes there, and keeps the
@@ -319,6 +337,16 @@ class Daemon::Impl {
     return robots;
   }
 
+  [[nodiscard]] std::vector<Camera> make_cameras(const Config& config) {
+    std::vector<Camera> cameras;
+    for (const protocols::CameraInfo& camera : studio_.cameras()) {
+      auto options = camera_options(context(config), cameras.size());
+      cameras.push_back({camera.name, std::make_unique<camera_server::CameraServer>(
+                                          std::move(options), studio_)});
+    }
+    return cameras;
+  }
+
   [[nodiscard]] grpc_server::TelemetryOptions grpc_options(const Config& config) {
     grpc_server::TelemetryOptions options = telemetry_options(context(config));
     options.incidents = journal_.get();
@@ -346,6 +374,7 @@ class Daemon::Impl {
     options.max_waiting_bytes = shares_.pages;
     options.crcl_tap = &crcl_tap_;
     options.modbus_tap = &modbus_tap_;
+    options.cameras = &studio_;
     options.programs = programs_.for_pages();
     options.history = history_.get();
     options.listeners = [this] { return listeners(); };
@@ -367,6 +396,7 @@ class Daemon::Impl {
       sources.vision.emplace_back(name, vision->stats());
       if (simple_message) sources.simple_message.emplace_back(name, simple_message->stats());
     }
+    for (const auto& [name, server] : cameras_) sources.cameras.emplace_back(name, server->stats());
     sources.modbus = modbus_.stats();
     if (journal_) sources.journal = journal_->stats();
     sources.grpc = telemetry_.stats();
@@ -402,6 +432,7 @@ class Daemon::Impl {
       add("vision." + name, vision->stats().open);
       if (simple_message) add("motion." + name, simple_message->stats().open);
     }
+    for (const auto& [name, server] : cameras_) add("camera." + name, server->stats().open);
     add("modbus", modbus_.stats().open);
     add("grpc", telemetry_.stats().open);
     add("web", web_->open());
@@ -423,6 +454,8 @@ class Daemon::Impl {
   protocols::WireTap crcl_tap_{simulation_, shares_.crcl_tap};
   protocols::WireTap modbus_tap_{simulation_, shares_.modbus_tap};
   std::vector<Robot> robots_;  // telemetry refers to their ports
+  CameraStudio studio_;
+  std::vector<Camera> cameras_;  // refer to the studio
   modbus_server::ModbusServer modbus_;
   grpc_server::TelemetryServer telemetry_;
   Ports ports_;  // of the other listeners, for the page
@@ -453,6 +486,7 @@ std::uint64_t needed_files(const Config& config, std::size_t robots) {
   const std::uint64_t connections = (config.crcl.max_connections + config.vision.max_connections +
                                      kPortsOfRobot * config.simple_message.max_connections) *
                                         robots +
+                                    config.cameras.max_connections * scene::kMaxCameras +
                                     config.modbus.max_connections +
                                     // Each has a socket pair in addition.
                                     std::uint64_t{2} * config.grpc.max_connections +

@@ -89,6 +89,8 @@ constexpr std::array kRoles{
     CallRole{"/readyz", Role::kNone},
     CallRole{"/metrics", Role::kView},
     CallRole{"/incident", Role::kView},
+    CallRole{"/camera", Role::kView},
+    CallRole{"/cameras", Role::kView},
 };
 
 }  // namespace

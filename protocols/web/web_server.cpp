@@ -54,6 +54,19 @@ WebServerOptions with_access(WebServerOptions options) {
   return options;
 }
 
+/// The cameras as JSON; names are plain (letters, digits, '_', '-', '.').
+std::string cameras_text(const protocols::CameraPictures* pictures) {
+  std::string out = "[";
+  if (pictures != nullptr) {
+    for (const protocols::CameraInfo& camera : pictures->cameras()) {
+      if (out.size() > 1) out += ',';
+      out += fmt::format(R"({{"name":"{}","width":{},"height":{},"rateHz":{}}})", camera.name,
+                         camera.width, camera.height, camera.rate_hz);
+    }
+  }
+  return out + "]\n";
+}
+
 }  // namespace
 
 class WebServer::Impl {
@@ -135,6 +148,10 @@ class WebServer::Impl {
       };
     }
     context_.incidents = options_.incidents;
+    context_.cameras = options_.cameras;
+    context_.live["/cameras"] = [this] {
+      return LivePage{.type = "application/json", .body = cameras_text(options_.cameras)};
+    };
     context_.take_viewer_slot = [this] { return take_viewer_slot(); };
     context_.on_viewer = [this](std::shared_ptr<WebSocket> socket, std::string peer,
                                 protocols::Caller caller) {

@@ -79,6 +79,10 @@ Listener listener_of(const std::string& name, const Config& config) {
     return {config.vision.address,
             by_address(config.vision.allow, "vision.allow", "may view, nobody may command")};
   }
+  if (name.starts_with("camera.")) {
+    return {config.cameras.address,
+            by_address(config.cameras.allow, "cameras.allow", "may view, nobody may command")};
+  }
   if (name.starts_with("motion.") || name.starts_with("state.") || name.starts_with("gripper.")) {
     return {
         config.simple_message.address,

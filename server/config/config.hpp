@@ -90,6 +90,14 @@ struct VisionConfig {
   double repeat_s = 0.25;
 };
 
+/// Pictures of the scene's cameras, one port each.
+struct CamerasConfig {
+  std::string address = "localhost";
+  std::uint16_t port = 8090;  ///< of the first camera; the others follow
+  std::uint32_t max_connections = 16;
+  std::vector<std::string> allow;
+};
+
 /// ROS-Industrial's Simple Message, of the robots whose scene has it.
 struct SimpleMessageConfig {
   std::string address = "localhost";
@@ -171,6 +179,7 @@ struct Config {
   ModbusConfig modbus;
   GrpcConfig grpc;
   VisionConfig vision;
+  CamerasConfig cameras;
   SimpleMessageConfig simple_message;
   WebConfig web;
 };

@@ -114,6 +114,16 @@ void visit(Archive& keys, VisionConfig& vision) {
 }
 
 template <typename Archive>
+void visit(Archive& keys, CamerasConfig& cameras) {
+  keys.key("address", cameras.address, Address{}, "address to listen on");
+  keys.key("port", cameras.port, Port{},
+           "port of the first camera, the others follow; 0: free ports for all");
+  keys.key("max_connections", cameras.max_connections, kConnections,
+           "limit of simultaneous connections to each camera");
+  keys.key("allow", cameras.allow, ListOf<Network>{}, kAllowed);
+}
+
+template <typename Archive>
 void visit(Archive& keys, SimpleMessageConfig& simple_message) {
   keys.key("address", simple_message.address, Address{}, "address to listen on");
   keys.key("ports", simple_message.free_ports, ScenePorts{},
@@ -257,6 +267,7 @@ void visit(Archive& keys, Config& config) {
   keys.section("grpc", config.grpc, "telemetry and control over gRPC");
   keys.section("vision", config.vision,
                "detections of the overhead cameras, one listener per camera");
+  keys.section("cameras", config.cameras, "pictures of the scene's cameras, one listener each");
   keys.section("simple_message", config.simple_message,
                "ROS-Industrial's Simple Message of robots whose scene has it");
   keys.section("web", config.web, "web page");

@@ -98,6 +98,19 @@ vision_server::VisionServerOptions vision_options(const ListenerContext& context
   return options;
 }
 
+camera_server::CameraServerOptions camera_options(const ListenerContext& context,
+                                                  std::size_t index) {
+  constexpr std::size_t kLastPort = 65535;
+  const CamerasConfig& config = context.config.cameras;
+  const std::size_t port = config.port + index;
+  const bool is_free = config.port == 0 || port > kLastPort;
+  camera_server::CameraServerOptions options;
+  configure(options.listener, context, config,
+            is_free ? std::uint16_t{0} : static_cast<std::uint16_t>(port), 0);
+  options.camera = index;
+  return options;
+}
+
 simple_message::SimpleMessageOptions simple_message_options(const ListenerContext& context,
                                                             int index, const scene::Robot& robot) {
   const SimpleMessageConfig& config = context.config.simple_message;

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "protocols/cameras/camera_server.hpp"
 #include "protocols/crcl/crcl_server.hpp"
 #include "protocols/grpc/grpc_server.hpp"
 #include "protocols/modbus/modbus_server.hpp"
@@ -42,6 +43,9 @@ struct ListenerContext {
 [[nodiscard]] vision_server::VisionServerOptions vision_options(const ListenerContext& context,
                                                                 int index,
                                                                 const std::string& robot);
+/// For the camera with this index in the scene. A port beyond 65535 is a free one.
+[[nodiscard]] camera_server::CameraServerOptions camera_options(const ListenerContext& context,
+                                                                std::size_t index);
 /// For a robot whose scene has Simple Message.
 [[nodiscard]] simple_message::SimpleMessageOptions simple_message_options(
     const ListenerContext& context, int index, const scene::Robot& robot);

@@ -185,13 +185,17 @@ void write_robots(MetricsText& out, const api::Snapshot& now) {
 
 void write_requests(MetricsText& out, const MetricsSources& sources) {
   // The label wire is the listener's name, as in the ports file.
-  const auto each = [&](const auto& of_crcl, const auto& of_vision, const auto& of_simple_message,
-                        const auto& of_modbus, const auto& of_grpc, const auto& of_web) {
+  const auto each = [&](const auto& of_crcl, const auto& of_vision, const auto& of_camera,
+                        const auto& of_simple_message, const auto& of_modbus, const auto& of_grpc,
+                        const auto& of_web) {
     for (const auto& [robot, stats] : sources.crcl) {
       out.sample(of_crcl(stats), {{"wire", "crcl." + robot}});
     }
     for (const auto& [robot, stats] : sources.vision) {
       out.sample(of_vision(stats), {{"wire", "vision." + robot}});
+    }
+    for (const auto& [camera, stats] : sources.cameras) {
+      out.sample(of_camera(stats), {{"wire", "camera." + camera}});
     }
     for (const auto& [robot, stats] : sources.simple_message) {
       out.sample(of_simple_message(stats), {{"wire", "simple_message." + robot}});
@@ -204,18 +208,19 @@ void write_requests(MetricsText& out, const MetricsSources& sources) {
   const auto accepted = [](const auto& stats) { return stats.accepted; };
   const auto refused = [](const auto& stats) { return stats.refused; };
   out.metric("aprsim_connections", kGauge, "Open connections.");
-  each(open, open, open, open, open, open);
+  each(open, open, open, open, open, open, open);
   out.metric("aprsim_connections_accepted_total", kCounter, "Connections accepted.");
-  each(accepted, accepted, accepted, accepted, accepted, accepted);
+  each(accepted, accepted, accepted, accepted, accepted, accepted, accepted);
   out.metric("aprsim_connections_refused_total", kCounter,
              "Connections closed because a limit was reached.");
-  each(refused, refused, refused, refused, refused, refused);
+  each(refused, refused, refused, refused, refused, refused, refused);
   out.metric(
       "aprsim_requests_total", kCounter,
-      "CRCL documents, camera frames, Simple Messages, Modbus requests, gRPC calls, requests over "
-      "HTTP and of pages.");
+      "CRCL documents, camera frames and pictures, Simple Messages, Modbus requests, gRPC calls, "
+      "requests over HTTP and of pages.");
   each([](const auto& stats) { return stats.commands; },
        [](const auto& stats) { return stats.frames; },
+       [](const auto& stats) { return stats.pictures; },
        [](const auto& stats) { return stats.requests; },
        [](const auto& stats) { return stats.requests; },
        [](const auto& stats) { return stats.calls; },
@@ -225,6 +230,7 @@ void write_requests(MetricsText& out, const MetricsSources& sources) {
       "CRCL and camera connections closed because of a fault of the peer, Simple Messages without "
       "success, Modbus exceptions, failed gRPC calls, and failed requests over HTTP and of pages.");
   each([](const auto& stats) { return stats.dropped; },
+       [](const auto& stats) { return stats.dropped; },
        [](const auto& stats) { return stats.dropped; },
        [](const auto& stats) { return stats.rejected; },
        [](const auto& stats) { return stats.exceptions; },
@@ -253,10 +259,14 @@ void write_streams(MetricsText& out, const MetricsSources& sources) {
   out.sample(sources.grpc.streams);
   out.metric("aprsim_stream_samples_total", kCounter, "Snapshots sent by these streams.");
   out.sample(sources.grpc.samples);
-  out.metric("aprsim_stream_drops_total", kCounter,
-             "Snapshots, camera frames and robot states dropped because a reader was slow.");
+  out.metric(
+      "aprsim_stream_drops_total", kCounter,
+      "Snapshots, camera frames, pictures and robot states dropped because a reader was slow.");
   for (const auto& [robot, stats] : sources.vision) {
     out.sample(stats.skipped, {{"wire", "vision." + robot}});
+  }
+  for (const auto& [camera, stats] : sources.cameras) {
+    out.sample(stats.skipped, {{"wire", "camera." + camera}});
   }
   for (const auto& [robot, stats] : sources.simple_message) {
     out.sample(stats.skipped, {{"wire", "simple_message." + robot}});

@@ -9,6 +9,7 @@
 
 #include "protocols/access/access.hpp"
 #include "protocols/access/audit_log.hpp"
+#include "protocols/cameras/camera_server.hpp"
 #include "protocols/crcl/crcl_server.hpp"
 #include "protocols/grpc/grpc_server.hpp"
 #include "protocols/modbus/modbus_server.hpp"
@@ -45,6 +46,7 @@ struct MetricsSources {
   std::size_t waiting_commands = 0;
   std::vector<std::pair<std::string, crcl_server::CrclServerStats>> crcl;  ///< by robot
   std::vector<std::pair<std::string, vision_server::VisionServerStats>> vision;
+  std::vector<std::pair<std::string, camera_server::CameraServerStats>> cameras;  ///< by name
   std::vector<std::pair<std::string, simple_message::SimpleMessageStats>> simple_message;
   modbus_server::ModbusServerStats modbus;
   std::optional<journal::JournalStats> journal;  ///< where the run is recorded

@@ -210,11 +210,12 @@ def idle_connections_1000(daemon, seconds):
     close_all(connections)
 
 
-NEWCOMERS = ["crcl.fanuc", "crcl.motoman", "modbus", "grpc", "web"]
+NEWCOMERS = ["crcl.fanuc", "crcl.motoman", "modbus", "camera.fanuc_table", "grpc", "web"]
 ASKED = {
     "crcl": document("GetStatus", 1),
     "modbus": struct.pack(">HHHBBHH", 1, 0, 6, 1, 3, 0x8000, 1),
     "vision": b"",
+    "camera": b"GET / HTTP/1.1\r\n\r\n",
     "grpc": b"",
     "web": b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n",
 }

@@ -37,11 +37,9 @@ const std::string kGetStatus =
 /// A request that each listener answers, by the start of its name; empty where the server sends
 /// first.
 const std::map<std::string, std::string> kRequests{
-    {"crcl", kGetStatus},
-    {"modbus", std::string("\0\1\0\0\0\6\1\3\x80\0\0\1", 12)},
-    {"vision", ""},
-    {"grpc", ""},
-    {"web", "GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"}};
+    {"crcl", kGetStatus}, {"modbus", std::string("\0\1\0\0\0\6\1\3\x80\0\0\1", 12)},
+    {"vision", ""},       {"camera", "GET / HTTP/1.1\r\n\r\n"},
+    {"grpc", ""},         {"web", "GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"}};
 
 const std::string& request_of(const std::string& listener) {
   return kRequests.at(listener.substr(0, listener.find('.')));
@@ -97,7 +95,8 @@ TEST(Access, ClientsThatResetBeforeTheyAreAcceptedEndNobodysAccepting) {
 TEST(Access, PlacesTakenByTheIdleAreGivenToNewcomers) {
   const DaemonProcess daemon({"--set", "crcl.max_connections=8", "--set",
                               "modbus.max_connections=8", "--set", "grpc.max_connections=8",
-                              "--set", "web.max_connections=8"});
+                              "--set", "web.max_connections=8", "--set",
+                              "cameras.max_connections=8"});
   for (const auto& [name, port] : daemon.ports()) {
     if (name.starts_with("vision")) continue;  // who only takes frames is not idle
     std::vector<TcpSocket> idle;
@@ -181,7 +180,7 @@ TEST(Access, ATokenOnTheCommandLineIsRefused) {
 
 TEST(Access, EachListenerThatIsOpenToOthersSaysWhoMayCommand) {
   std::vector<std::string> open;
-  for (const char* key : {"crcl", "modbus", "vision", "grpc", "web"}) {
+  for (const char* key : {"crcl", "modbus", "vision", "cameras", "grpc", "web"}) {
     open.insert(open.end(), {"--set", std::string(key) + ".address=0.0.0.0"});
   }
   DaemonProcess daemon(open);
@@ -250,7 +249,7 @@ TEST(Access, AnUnwritablePortsFileIsOneClearErrorAlsoWithClients) {
     std::vector<std::string> argv{kAprsimd, "--ports-file", "/nonexistent/ports.json", "--set",
                                   "crcl.ports.fanuc=" + std::to_string(port)};
     for (const char* other : {"crcl.ports.motoman", "vision.ports.fanuc", "vision.ports.motoman",
-                              "modbus.port", "grpc.port", "web.port"}) {
+                              "modbus.port", "cameras.port", "grpc.port", "web.port"}) {
       argv.insert(argv.end(), {"--set", std::string(other) + "=0"});
     }
     const auto result = run_process(argv);

@@ -174,12 +174,12 @@ TEST(Daemon, APortInUseIsOneClearLineAndExitCodeOne) {
   boost::asio::io_context io;
   boost::asio::ip::tcp::acceptor taken(io, {boost::asio::ip::address_v4::loopback(), 0});
   const std::string port = std::to_string(taken.local_endpoint().port());
-  for (const auto* key :
-       {"modbus.port=", "grpc.port=", "crcl.ports.fanuc=", "vision.ports.motoman=", "web.port="}) {
+  for (const auto* key : {"modbus.port=", "grpc.port=", "crcl.ports.fanuc=",
+                          "vision.ports.motoman=", "cameras.port=", "web.port="}) {
     std::vector<std::string> argv = {kDaemon, "--set", "log_level=error"};
     for (const auto* other :
          {"modbus.port=", "grpc.port=", "crcl.ports.fanuc=", "crcl.ports.motoman=",
-          "vision.ports.fanuc=", "vision.ports.motoman=", "web.port="}) {
+          "vision.ports.fanuc=", "vision.ports.motoman=", "cameras.port=", "web.port="}) {
       argv.insert(argv.end(),
                   {"--set", std::string(other) + (key == std::string(other) ? port : "0")});
     }

@@ -115,7 +115,7 @@ Eigen::Vector3f Renderer::shade_pixel(std::size_t pixel, int pattern,
   const Rasterizer::Facet& facet = raster_.facet(owner);
   const Placement& placement = placements_[owner >> Rasterizer::kFacetBits];
   const Mesh::Triangle& triangle = placement.mesh->triangles[facet.triangle];
-  const Eigen::Vector3f ray(raster_.rays().x[pixel], raster_.rays().y[pixel], 1);
+  const Eigen::Vector3f ray = raster_.rays().at(pixel);
   const Eigen::Vector3f ray_W = R_WC_ * ray;
   SurfacePoint point;
   point.p_W = eye_W_ + ray_W / raster_.inverse_depth()[pixel];
@@ -208,7 +208,7 @@ Eigen::Vector3f Renderer::normal_at(std::size_t pixel) const {
   if (owner == Rasterizer::kNothing) return Eigen::Vector3f::Zero();
   const Rasterizer::Facet& facet = raster_.facet(owner);
   const Placement& placement = placements_[owner >> Rasterizer::kFacetBits];
-  const Eigen::Vector3f ray(raster_.rays().x[pixel], raster_.rays().y[pixel], 1);
+  const Eigen::Vector3f ray = raster_.rays().at(pixel);
   return (R_WP_[owner >> Rasterizer::kFacetBits] *
           blend(placement.mesh->triangles[facet.triangle].normals, weights(facet, ray)))
       .normalized();

@@ -1,6 +1,7 @@
 import {makeView, type Layers} from './scene/cell_view';
 import {State} from './state';
 import {Access} from './ui/access';
+import {CameraPanel} from './ui/camera_panel';
 import {ChartPanel} from './ui/chart_panel';
 import {ConveyorPanel} from './ui/conveyor_panel';
 import {button, h, notify, text} from './ui/dom';
@@ -48,6 +49,7 @@ let robots: RobotPanel[] = [];
 const conveyor = new ConveyorPanel(state, access);
 const crcl = new TrafficPanel(state, 'crcl');
 const modbus = new TrafficPanel(state, 'modbus');
+const cameras = new CameraPanel();
 const charts = new ChartPanel(state);
 Object.assign(stage, {charts}); // read by tests, as the view is
 const faults = new FaultPanel(state);
@@ -70,15 +72,18 @@ const tabs = new Tabs(
     {name: 'Modbus', content: modbus.element, docs: 'reference/registers.html'},
     {name: 'Charts', content: charts.element, docs: 'web_page.html'},
     {name: 'Faults', content: faults.element, docs: 'troubleshooting.html', mark: faults.count},
-    {name: 'Scenarios', content: scenarios, docs: 'scenarios.html', mark: injected.count}
+    {name: 'Scenarios', content: scenarios, docs: 'scenarios.html', mark: injected.count},
+    {name: 'Cameras', content: cameras.element, docs: 'cameras.html'}
   ],
-  (name) =>
+  (name) => {
+    cameras.show(name === 'Cameras');
     state.watch({
       crcl: name === 'CRCL',
       modbus: name === 'Modbus',
       registers: name === 'Conveyor',
       polls: (name === 'CRCL' && crcl.wantsPolls) || (name === 'Modbus' && modbus.wantsPolls)
-    })
+    });
+  }
 );
 
 const layerButtons = new Map(
@@ -150,7 +155,7 @@ const shortcuts = new Shortcuts(
       run: () => toggleLayer(layer)
     })),
     {
-      keys: ['1', '2', '3', '4', '5', '6', '7'],
+      keys: ['1', '2', '3', '4', '5', '6', '7', '8'],
       does: 'the panels, from left to right',
       run: (key) => tabs.open(Number(key) - 1)
     },

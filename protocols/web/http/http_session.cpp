@@ -187,8 +187,9 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
 
   void respond(const Request& request, const RequestTarget& target) {
     const auto live = context_.live.find(target.path);
-    if (target.path == "/incident" || live != context_.live.end()) {
+    if (target.path == "/incident" || target.path == "/camera" || live != context_.live.end()) {
       if (const auto refusal = refusal_of(request, target.path)) return refuse_access(*refusal);
+      if (target.path == "/camera") return take_picture(request, target.query);
       if (target.path == "/incident") return open_incident(request, target.query);
       return send_live(request, live->second());
     }
@@ -282,6 +283,53 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     response->keep_alive(request.keep_alive());
     response->content_length(page.body.size());
     if (request.method() == http::verb::get) response->body() = std::move(page.body);
+    send(std::move(response));
+  }
+
+  /// Index of the camera of "/camera?name=NAME"; further parameters are ignored.
+  [[nodiscard]] std::optional<std::size_t> camera_of(std::string_view query) const {
+    constexpr std::string_view kKey = "name=";
+    if (context_.cameras == nullptr || !query.starts_with(kKey)) return std::nullopt;
+    const std::string_view name = query.substr(kKey.size(), query.find('&') - kKey.size());
+    const auto& cameras = context_.cameras->cameras();
+    const auto found = std::ranges::find(cameras, name, &protocols::CameraInfo::name);
+    if (found == cameras.end()) return std::nullopt;
+    return static_cast<std::size_t>(found - cameras.begin());
+  }
+
+  void take_picture(const Request& request, std::string_view query) {
+    const auto camera = camera_of(query);
+    if (!camera) {
+      return refuse(http::status::not_found, "no such camera; expected /camera?name=NAME", false);
+    }
+    // Another thread answers. Tracked work keeps the server's thread running until then.
+    auto executor = boost::asio::prefer(stream_.get_executor(),
+                                        boost::asio::execution::outstanding_work.tracked);
+    const bool head = request.method() == http::verb::head, keep_alive = request.keep_alive();
+    tcp().expires_never();
+    context_.cameras->take_picture(
+        *camera, protocols::PictureForm::kJpeg,
+        [self = shared_from_this(), executor, head,
+         keep_alive](Result<protocols::CameraPicture> picture) mutable {
+          boost::asio::post(
+              executor, [self = std::move(self), head, keep_alive, picture = std::move(picture)] {
+                self->send_picture(picture, head, keep_alive);
+              });
+        });
+  }
+
+  void send_picture(const Result<protocols::CameraPicture>& picture, bool head, bool keep_alive) {
+    if (!tcp().socket().is_open()) return;
+    if (!picture) {
+      return refuse(http::status::service_unavailable, picture.error().message, !keep_alive);
+    }
+    auto response = std::make_shared<Response>(http::status::ok, 11);
+    set_security(*response);
+    response->set(http::field::content_type, "image/jpeg");
+    response->set("X-Step", std::to_string(picture->step));
+    response->keep_alive(keep_alive);
+    response->content_length(picture->bytes->size());
+    if (!head) response->body() = *picture->bytes;
     send(std::move(response));
   }
 

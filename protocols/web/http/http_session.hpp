@@ -12,6 +12,7 @@
 #include "protocols/net/connection_limiter.hpp"
 #include "protocols/net/limited_log.hpp"
 #include "protocols/net/tls.hpp"
+#include "protocols/ports/camera_pictures.hpp"
 #include "protocols/ports/incident_source.hpp"
 #include "protocols/web/http/asset_table.hpp"
 #include "protocols/web/http/web_counts.hpp"
@@ -40,6 +41,8 @@ struct HttpContext {
   std::map<std::string, std::function<LivePage()>, std::less<>> live;
   /// Source of the file behind /incident; may be null.
   protocols::IncidentSource* incidents = nullptr;
+  /// Source of the pictures behind /camera; may be null.
+  protocols::CameraPictures* cameras = nullptr;
   /// Takes over an upgraded connection.
   std::function<void(std::shared_ptr<WebSocket>, std::string peer, protocols::Caller caller)>
       on_viewer;
@@ -50,8 +53,8 @@ struct HttpContext {
   WebCounts* counts = nullptr;                ///< statistics of requests
 };
 
-/// One HTTP connection: GET and HEAD of assets, live pages and /incident, and the upgrade of /ws to
-/// a WebSocket. Headers are limited to 8 KiB; request bodies are refused.
+/// One HTTP connection: GET and HEAD of assets, live pages, /incident and /camera, and the upgrade
+/// of /ws to a WebSocket. Headers are limited to 8 KiB; request bodies are refused.
 class HttpSession {
  public:
   virtual ~HttpSession() = default;

@@ -11,6 +11,7 @@
 
 #include "modbus/register_map.hpp"
 #include "protocols/net/listener_options.hpp"
+#include "protocols/ports/camera_pictures.hpp"
 #include "protocols/ports/incident_source.hpp"
 #include "protocols/ports/program_runner.hpp"
 #include "protocols/record/wire_tap.hpp"
@@ -56,6 +57,7 @@ struct WebServerOptions {
   protocols::WireTap* crcl_tap = nullptr;  ///< both must outlive the server; may be null
   protocols::WireTap* modbus_tap = nullptr;
   protocols::IncidentSource* incidents = nullptr;  ///< may be null; must outlive the server
+  protocols::CameraPictures* cameras = nullptr;    ///< may be null; must outlive the server
   ProgramRunner* programs = nullptr;  ///< must outlive the server; null = none can be started
   api::History* history = nullptr;    ///< must outlive the server; null = no history
   std::function<std::vector<ListenerCount>()> listeners;  ///< called on the server's thread

@@ -642,7 +642,7 @@ class Elsewhere(unittest.TestCase):
         return address if done.returncode in (0, 2) else None
 
     def start(self, *arguments):
-        listeners = [f"{wire}.address=0.0.0.0" for wire in ("crcl", "modbus", "vision", "grpc", "web")]
+        listeners = [f"{wire}.address=0.0.0.0" for wire in ("crcl", "modbus", "vision", "cameras", "grpc", "web")]
         daemon = Daemon(
             *(a for key in listeners for a in ("--set", key)), *arguments,
             speed="stepped", start_s=60 * PATIENCE,
@@ -657,6 +657,7 @@ class Elsewhere(unittest.TestCase):
             b"xsi:type=\"GetStatusType\"><CommandID>1</CommandID></CRCLCommand></CRCLCommandInstance>",
             "modbus": bytes([0, 1, 0, 0, 0, 6, 1, 3, 0x80, 0, 0, 1]),
             "vision.fanuc": b"",
+            "camera.fanuc_table": b"GET / HTTP/1.1\r\n\r\n",
         }
         try:
             with socket.create_connection((self.address, ports[wire]), timeout=20 * PATIENCE) as client:
@@ -675,19 +676,19 @@ class Elsewhere(unittest.TestCase):
             self.assertIn("needs the role operate", str(refused.exception))
         with Cell.connect(daemon.ports_file) as here:
             here.step()
-        for wire in ("crcl.fanuc", "modbus", "vision.fanuc"):
+        for wire in ("crcl.fanuc", "modbus", "vision.fanuc", "camera.fanuc_table"):
             self.assertFalse(self.served(daemon, wire), wire)
             eventually(lambda w=wire: f"{w}: refused {self.address}" in daemon.log(), "a line in the log")
 
     def test_unless_it_is_said(self):
         daemon = self.start(
             "--insecure-control",
-            *(a for wire in ("crcl", "modbus", "vision") for a in ("--set", f"{wire}.allow=[{self.address}]")),
+            *(a for wire in ("crcl", "modbus", "vision", "cameras") for a in ("--set", f"{wire}.allow=[{self.address}]")),
         )
         with Cell.connect(daemon.ports_file, host=self.address) as cell:
             cell.step()
             cell.resume()
-        for wire in ("crcl.fanuc", "modbus", "vision.fanuc"):
+        for wire in ("crcl.fanuc", "modbus", "vision.fanuc", "camera.fanuc_table"):
             self.assertTrue(self.served(daemon, wire), wire)
 
 

@@ -1,6 +1,7 @@
 #include "world/render/raster/rasterizer.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -114,10 +115,10 @@ std::pair<int, int> overlap(const std::vector<float>& mins, const std::vector<fl
 
 }  // namespace
 
-Rasterizer::Rasterizer(const scene::Lens& lens)
+Rasterizer::Rasterizer(const scene::Lens& lens, Contents contents)
     : rays_(lens),
       inverse_depth_(rays_.grid.pixels()),
-      owner_(rays_.grid.pixels(), kNothing),
+      owner_(contents == Contents::kDepth ? 0 : rays_.grid.pixels(), kNothing),
       changed_(rays_.grid.tiles()) {}
 
 void Rasterizer::place(Placed& placed, const Placement& at, const Eigen::Isometry3d& X_CW) {
@@ -195,11 +196,13 @@ const TileSet& Rasterizer::draw(const std::vector<Placement>& placements,
 void Rasterizer::draw_tile(std::size_t tile) {
   const std::size_t first = tile * TileGrid::kPixels;
   float* const depths = inverse_depth_.data() + first;
-  std::uint32_t* const owners = owner_.data() + first;
+  std::array<std::uint32_t, TileGrid::kPixels> unused;
+  std::uint32_t* const owners = owner_.empty() ? unused.data() : owner_.data() + first;
   std::fill_n(depths, TileGrid::kPixels, 0.0F);
   std::fill_n(owners, TileGrid::kPixels, kNothing);
-  const TileRays rays{rays_.x.data() + first, rays_.y.data() + first,
-                      rays_.rows.data() + tile * TileGrid::kHeight};
+  std::array<float, TileGrid::kPixels> x, y;
+  rays_.copy_tile(tile, x.data(), y.data());
+  const TileRays rays{x.data(), y.data(), rays_.rows.data() + tile * TileGrid::kHeight};
   for (std::size_t k = 0; k < placed_.size(); ++k) {
     const Placed& placed = placed_[k];
     for (std::uint32_t i = placed.begin[tile]; i < placed.begin[tile + 1]; ++i) {

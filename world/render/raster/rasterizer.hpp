@@ -39,7 +39,9 @@ class Rasterizer {
   static constexpr std::uint32_t kNothing = 0xffffffff;
   static constexpr unsigned kFacetBits = 20;
 
-  explicit Rasterizer(const scene::Lens& lens);
+  enum class Contents { kDepth, kDepthAndOwner };
+
+  explicit Rasterizer(const scene::Lens& lens, Contents contents = Contents::kDepthAndOwner);
 
   /// Draws the tiles that have changed since the last call, and says which. `X_CW`: the world in
   /// the camera frame, constant; placements keep their order.
@@ -49,7 +51,7 @@ class Rasterizer {
   [[nodiscard]] const Rays& rays() const { return rays_; }
   /// 1 / depth of every pixel, 0 = nothing there.
   [[nodiscard]] const std::vector<float>& inverse_depth() const { return inverse_depth_; }
-  /// Owner of every pixel: placement << kFacetBits | facet.
+  /// Owner of every pixel: placement << kFacetBits | facet. Empty with the depth alone.
   [[nodiscard]] const std::vector<std::uint32_t>& owner() const { return owner_; }
   [[nodiscard]] const Facet& facet(std::uint32_t owner) const {
     return placed_[owner >> kFacetBits].facets[owner & ((1U << kFacetBits) - 1)];

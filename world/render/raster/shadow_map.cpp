@@ -109,13 +109,14 @@ ShadowMap::ShadowMap(const Lamp& lamp, const std::vector<Eigen::Vector3d>& lit)
       X_LW_(look_at(lamp.p_W, middle(lit))),
       X_LW_f_(X_LW_.cast<float>()),
       focal_(static_cast<float>(focal_of(X_LW_, lit))),
-      rasterizer_(lens_of(focal_of(X_LW_, lit))),
+      rasterizer_(lens_of(focal_of(X_LW_, lit)), Rasterizer::Contents::kDepth),
       least_(kBlocks * kBlocks, 0),
       most_(kBlocks * kBlocks, 0) {}
 
 void ShadowMap::draw(const std::vector<Placement>& placements, int threads) {
   changed_ = rasterizer_.draw(placements, X_LW_, threads);
-  bound_depths();
+  const bool is_first = least_near_.empty();
+  if (is_first || std::ranges::find(changed_, 1) != changed_.end()) bound_depths();
 }
 
 void ShadowMap::bound_depths() {

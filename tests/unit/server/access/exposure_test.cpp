@@ -7,12 +7,13 @@
 namespace aprsim::server {
 namespace {
 
-const Ports kPorts{{"crcl.fanuc", 1}, {"grpc", 2}, {"modbus", 3}, {"vision.fanuc", 4}, {"web", 5}};
+const Ports kPorts{{"crcl.fanuc", 1},   {"grpc", 2}, {"modbus", 3},
+                   {"vision.fanuc", 4}, {"web", 5},  {"camera.table", 6}};
 
 Config open_to(const std::string& address) {
   Config config;
   for (std::string* one : {&config.crcl.address, &config.grpc.address, &config.modbus.address,
-                           &config.vision.address, &config.web.address}) {
+                           &config.vision.address, &config.web.address, &config.cameras.address}) {
     *one = address;
   }
   return config;
@@ -42,12 +43,13 @@ TEST(Exposure, SaysWhoMayDoWhat) {
   const std::string open = " is open to other machines at 10.0.0.7:";
   EXPECT_EQ(exposures(open_to("10.0.0.7"), kPorts),
             (std::vector<std::string>{
+                "camera.table" + open + "6: no other machine is served (cameras.allow is empty)",
                 "crcl.fanuc" + open + "1: no other machine is served (crcl.allow is empty)",
                 "grpc" + open + "2: anyone may view, nobody may command; not encrypted",
                 "modbus" + open + "3: no other machine is served (modbus.allow is empty)",
                 "vision.fanuc" + open + "4: no other machine is served (vision.allow is empty)",
                 "web" + open + "5: anyone may view, nobody may command; not encrypted"}));
-  EXPECT_NE(exposures(open_to("2001:db8::7"), kPorts)[0].find("at [2001:db8::7]:1:"),
+  EXPECT_NE(exposures(open_to("2001:db8::7"), kPorts)[0].find("at [2001:db8::7]:6:"),
             std::string::npos);
 }
 
@@ -58,28 +60,30 @@ TEST(Exposure, CountsWhatOpensAndRestricts) {
     EXPECT_NE(line.find(part), std::string::npos) << line;
     EXPECT_EQ(line.find("right-token"), std::string::npos);
   };
-  config.crcl.allow = config.modbus.allow = config.vision.allow = {"10.0.0.0/8"};
-  expect(0, "addresses in crcl.allow may command the robot");
-  expect(2, "addresses in modbus.allow may command the belt");
-  expect(3, "addresses in vision.allow may view, nobody may command");
+  config.crcl.allow = config.modbus.allow = config.vision.allow =
+      config.cameras.allow = {"10.0.0.0/8"};
+  expect(0, "addresses in cameras.allow may view, nobody may command");
+  expect(1, "addresses in crcl.allow may command the robot");
+  expect(3, "addresses in modbus.allow may command the belt");
+  expect(4, "addresses in vision.allow may view, nobody may command");
   config.modbus.read_only = true;
-  expect(2, "addresses in modbus.allow may view, nobody may command");
+  expect(3, "addresses in modbus.allow may view, nobody may command");
   config.web.token = "right-token";
-  for (const std::size_t listener : std::initializer_list<std::size_t>{1, 4}) {
+  for (const std::size_t listener : std::initializer_list<std::size_t>{2, 5}) {
     expect(listener, "anyone may view, holders of a token or certificate may command according to");
   }
   config.access.allow_anonymous_view = false;
-  expect(1,
+  expect(2,
          ": holders of a token or certificate may view, holders of a token or certificate may "
          "command");
   config.web.control = false;
-  expect(1, "holders of a token or certificate may command");
-  expect(4, ": holders of a token or certificate may view, nobody may command; not encrypted");
+  expect(2, "holders of a token or certificate may command");
+  expect(5, ": holders of a token or certificate may view, nobody may command; not encrypted");
   config.tls.certificate = "certificate.pem";
-  EXPECT_EQ(exposures(config, kPorts)[4].find("nothing is encrypted"), std::string::npos);
+  EXPECT_EQ(exposures(config, kPorts)[5].find("nothing is encrypted"), std::string::npos);
   config = open_to("10.0.0.7");
   config.access.insecure_control = true;
-  for (const std::size_t listener : std::initializer_list<std::size_t>{1, 4}) {
+  for (const std::size_t listener : std::initializer_list<std::size_t>{2, 5}) {
     expect(listener, "anyone may command the cell (access.insecure_control)");
   }
 }

@@ -23,6 +23,7 @@ class ServerOptionsTest : public ::testing::Test {
   ServerOptionsTest() {
     config_.connections = {.per_address = 7, .yield_after_ms = 300};
     config_.crcl.allow = config_.modbus.allow = config_.vision.allow = {"10.1.0.0/16"};
+    config_.cameras.port = 65534;
     config_.crcl.ports = {{"fanuc", 70}};
     config_.grpc.port = 71;
     config_.grpc.max_connections = 9;
@@ -40,11 +41,12 @@ TEST_F(ServerOptionsTest, ListenersShareLimitsAndSinks) {
   ASSERT_TRUE(scene) << scene.error().message;
   const auto crcl = crcl_options(context_, 0, "fanuc");
   const auto vision = vision_options(context_, 0, "fanuc");
+  const auto camera = camera_options(context_, 0);
   const auto modbus = modbus_options(context_);
   const auto grpc = telemetry_options(context_);
   const auto web = web_options(context_, *scene);
-  for (const auto* listener :
-       {&crcl.listener, &vision.listener, &modbus.listener, &grpc.listener, &web.listener}) {
+  for (const auto* listener : {&crcl.listener, &vision.listener, &camera.listener, &modbus.listener,
+                               &grpc.listener, &web.listener}) {
     EXPECT_EQ(listener->limits.per_address, 7U);
     EXPECT_EQ(listener->limits.yield_after, 300ms);
     EXPECT_EQ(listener->refusals, &refusals_);
@@ -68,6 +70,15 @@ TEST_F(ServerOptionsTest, RobotsHaveTheirOwnPortAndEndpoint) {
   const auto other = crcl_options(context_, 1, "other");
   EXPECT_EQ(other.listener.port, 0) << "any free one";
   EXPECT_EQ(other.listener.endpoint, kFirstCrclEndpoint + 1);
+}
+
+TEST_F(ServerOptionsTest, CamerasHavePortsThatCountUp) {
+  EXPECT_EQ(camera_options(context_, 0).listener.port, 65534);
+  EXPECT_EQ(camera_options(context_, 1).listener.port, 65535);
+  EXPECT_EQ(camera_options(context_, 1).camera, 1U);
+  EXPECT_EQ(camera_options(context_, 2).listener.port, 0) << "any free one";
+  config_.cameras.port = 0;
+  EXPECT_EQ(camera_options(context_, 1).listener.port, 0);
 }
 
 TEST_F(ServerOptionsTest, DrainDeadlinesStayThoseOfEachServer) {

@@ -88,6 +88,7 @@ TEST(Metrics, TellWhatTheSnapshotAndTheListenersSay) {
   sources.waiting_commands = 3;
   sources.crcl = {{"left", {.accepted = 5, .refused = 2, .dropped = 1, .open = 4, .commands = 90}}};
   sources.vision = {{"left", {.skipped = 8}}};
+  sources.cameras = {{"table", {.dropped = 2, .open = 3, .pictures = 70, .skipped = 6}}};
   sources.modbus.exceptions = 6;
   sources.journal = {.records = 11, .bytes = 12, .gaps = 1, .missing = 13};
   sources.grpc.dropped = 9;
@@ -124,6 +125,10 @@ TEST(Metrics, TellWhatTheSnapshotAndTheListenersSay) {
         std::string("aprsim_requests_total{wire=\"crcl.left\"} 90"),
         std::string("aprsim_request_errors_total{wire=\"modbus\"} 6"),
         std::string("aprsim_stream_drops_total{wire=\"vision.left\"} 8"),
+        std::string("aprsim_connections{wire=\"camera.table\"} 3"),
+        std::string("aprsim_requests_total{wire=\"camera.table\"} 70"),
+        std::string("aprsim_request_errors_total{wire=\"camera.table\"} 2"),
+        std::string("aprsim_stream_drops_total{wire=\"camera.table\"} 6"),
         std::string("aprsim_stream_drops_total{wire=\"grpc\"} 9")}) {
     EXPECT_NE(text.find("\n" + line + "\n"), std::string::npos) << line << "\n" << text;
   }

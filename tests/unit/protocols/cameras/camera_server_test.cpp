@@ -1,0 +1,179 @@
+#include "protocols/cameras/camera_server.hpp"
+
+#include <atomic>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/eventually.hpp"
+#include "tests/support/patience.hpp"
+#include "tests/support/tcp_socket.hpp"
+
+namespace aprsim::camera_server {
+namespace {
+
+using namespace std::chrono_literals;
+using test::eventually;
+using test::TcpSocket;
+
+/// Numbered pictures with a body of this size, from a thread of its own as a studio has.
+class NumberedPictures final : public protocols::CameraPictures {
+ public:
+  explicit NumberedPictures(double rate_hz, std::size_t bytes = 20)
+      : cameras_{{.name = "table", .width = 4, .height = 4, .rate_hz = rate_hz}}, bytes_(bytes) {}
+
+  [[nodiscard]] const std::vector<protocols::CameraInfo>& cameras() const override {
+    return cameras_;
+  }
+  void take_picture(std::size_t, protocols::PictureForm, Done done) override {
+    const std::lock_guard lock(mutex_);
+    threads_.emplace_back([this, done = std::move(done), number = ++taken] {
+      if (fails) {
+        return done(fail(ErrorCode::kUnavailable, "camera", "the cell cannot be rendered"));
+      }
+      std::string text = "picture " + std::to_string(number) + " ";
+      text.resize(std::max(bytes_, text.size()), '.');
+      done(protocols::CameraPicture{.step = number,
+                                    .bytes = std::make_shared<const std::string>(text)});
+    });
+  }
+
+  std::atomic<std::uint64_t> taken{0};
+  std::atomic<bool> fails{false};
+
+ private:
+  std::vector<protocols::CameraInfo> cameras_;
+  std::size_t bytes_;
+  std::mutex mutex_;
+  std::vector<std::jthread> threads_;
+};
+
+class CameraServerTest : public testing::Test {
+ protected:
+  std::uint16_t start(double rate_hz, std::size_t bytes = 20) {
+    pictures.emplace(rate_hz, bytes);
+    options.listener.port = 0;
+    server.emplace(options, *pictures);
+    return server->start().value();
+  }
+  /// Receives until the text has come, and returns all.
+  static std::string receive_until(TcpSocket& client, const std::string& text) {
+    const auto deadline = TcpSocket::Clock::now() + 10s * test::kPatience;
+    std::string all;
+    while (all.find(text) == std::string::npos) {
+      const std::string more = client.receive(deadline);
+      if (more.empty()) break;
+      all += more;
+    }
+    return all;
+  }
+
+  CameraServerOptions options;
+  std::optional<NumberedPictures> pictures;
+  std::optional<CameraServer> server;
+};
+
+TEST_F(CameraServerTest, AStreamHasEachPictureAsAPart) {
+  TcpSocket client(start(200));
+  ASSERT_TRUE(client.send("GET /mjpg/video.mjpg HTTP/1.1\r\nHost: camera\r\n\r\n"));
+  const std::string all = receive_until(client, "picture 3 ");
+  EXPECT_TRUE(all.starts_with("HTTP/1.1 200 OK\r\n"));
+  EXPECT_NE(all.find("boundary=myboundary\r\n"), std::string::npos);
+  EXPECT_NE(
+      all.find("\r\n\r\n--myboundary\r\nContent-Type: image/jpeg\r\nContent-Length: 20\r\n\r\n"
+               "picture 1 ..........\r\n--myboundary\r\n"),
+      std::string::npos);
+}
+
+TEST_F(CameraServerTest, OnePictureEndsItsConnection) {
+  TcpSocket client(start(200));
+  ASSERT_TRUE(client.send("GET /jpg/image.jpg HTTP/1.1\r\n\r\n"));
+  const std::string all = receive_until(client, "never");
+  EXPECT_TRUE(all.starts_with("HTTP/1.1 200 OK\r\n"));
+  EXPECT_NE(all.find("Content-Type: image/jpeg\r\nContent-Length: 20\r\n\r\npicture 1"),
+            std::string::npos);
+}
+
+TEST_F(CameraServerTest, WithoutClientsNoPictureIsTaken) {
+  const std::uint16_t port = start(200);
+  {
+    TcpSocket client(port);
+    ASSERT_TRUE(client.send("GET /mjpg/video.mjpg HTTP/1.1\r\n\r\n"));
+    receive_until(client, "picture 2 ");
+  }
+  ASSERT_TRUE(eventually([&] { return server->stats().open == 0; }));
+  const std::uint64_t taken = pictures->taken;
+  // Another client gets the very next one, whenever it comes: at most one was under way.
+  TcpSocket client(port);
+  ASSERT_TRUE(client.send("GET /jpg/image.jpg HTTP/1.1\r\n\r\n"));
+  const std::string all = receive_until(client, "picture ");
+  EXPECT_TRUE(all.find("picture " + std::to_string(taken + 1) + ' ') != std::string::npos ||
+              all.find("picture " + std::to_string(taken + 2) + ' ') != std::string::npos);
+}
+
+TEST_F(CameraServerTest, ASlowReaderMissesPicturesAndTheOthersDoNot) {
+  const std::uint16_t port = start(500, 400'000);
+  TcpSocket slow(port, 4096), quick(port);
+  for (TcpSocket* client : {&slow, &quick}) {
+    ASSERT_TRUE(client->send("GET /mjpg/video.mjpg HTTP/1.1\r\n\r\n"));
+  }
+  receive_until(quick, "picture 12 ");
+  EXPECT_TRUE(eventually([&] { return server->stats().skipped > 3; }));
+  EXPECT_EQ(server->stats().open, 2U);
+}
+
+TEST_F(CameraServerTest, AReaderThatTakesNothingIsDropped) {
+  options.timeout = 100ms;
+  TcpSocket client(start(200, 4'000'000), 4096);
+  ASSERT_TRUE(client.send("GET /mjpg/video.mjpg HTTP/1.1\r\n\r\n"));
+  EXPECT_TRUE(eventually([&] { return server->stats().dropped == 1; }));
+}
+
+TEST_F(CameraServerTest, AClientThatAsksForNothingIsDropped) {
+  options.timeout = 100ms;
+  TcpSocket silent(start(200));
+  EXPECT_TRUE(silent.ended());
+  EXPECT_EQ(server->stats().dropped, 1U);
+}
+
+TEST_F(CameraServerTest, ARequestWithoutAnEndIsDropped) {
+  TcpSocket chatty(start(200));
+  const std::string line(1024, 'x');
+  while (server->stats().dropped == 0 && chatty.send(line)) {
+  }
+  EXPECT_TRUE(eventually([&] { return server->stats().dropped == 1; }));
+}
+
+TEST_F(CameraServerTest, OtherPathsAreRefusedInPlainWords) {
+  TcpSocket client(start(200));
+  ASSERT_TRUE(client.send("GET /index.html HTTP/1.1\r\n\r\n"));
+  const std::string all = receive_until(client, "never");
+  EXPECT_TRUE(all.starts_with("HTTP/1.1 404 Not Found\r\n"));
+  EXPECT_NE(all.find("/mjpg/video.mjpg"), std::string::npos);
+  EXPECT_EQ(pictures->taken, 0U);
+}
+
+TEST_F(CameraServerTest, AStreamGoesOnAfterAPictureThatCouldNotBeTaken) {
+  const std::uint16_t port = start(200);
+  pictures->fails = true;
+  TcpSocket client(port);
+  ASSERT_TRUE(client.send("GET /mjpg/video.mjpg HTTP/1.1\r\n\r\n"));
+  ASSERT_TRUE(eventually([&] { return pictures->taken > 2; }));
+  pictures->fails = false;
+  EXPECT_NE(receive_until(client, "picture ").find("picture "), std::string::npos);
+}
+
+TEST_F(CameraServerTest, StoppingClosesStreams) {
+  TcpSocket client(start(200));
+  ASSERT_TRUE(client.send("GET /mjpg/video.mjpg HTTP/1.1\r\n\r\n"));
+  receive_until(client, "picture 1 ");
+  server->stop();
+  EXPECT_TRUE(client.ended());
+}
+
+}  // namespace
+}  // namespace aprsim::camera_server
