@@ -72,14 +72,17 @@ int ContactProblem::add_contact(const ContactDescription& contact) {
   // over lanes are the impulses on these.
   const bool joins = pack_count_ > 0 && packs().back().accepts(contact);
   if (!joins) {
-    // Packs are kept between steps. They are large, and reusing them avoids allocation.
-    if (packs_.size() == index(pack_count_)) packs_.emplace_back();
-    ++pack_count_;
-    packs().back().begin(contact.a, contact.b);
+    add_pack().begin(contact.a, contact.b);
   }
   packs().back().add(contact);
   locations_.emplace_back(pack_count_ - 1, packs().back().count - 1);
   return static_cast<int>(locations_.size()) - 1;
+}
+
+/// Packs are kept between steps. They are large, and reusing them avoids allocation.
+ContactPack& ContactProblem::add_pack() {
+  if (packs_.size() == index(pack_count_)) packs_.emplace_back();
+  return packs_[index(pack_count_++)];
 }
 
 void ContactProblem::set_target(int contact, const Vector3& target_v) {
@@ -120,6 +123,44 @@ bool ContactProblem::are_slow(const ContactSolverParameters& parameters) const {
            return std::max(twist.v.norm(), parameters.angular_lever_m * twist.omega.norm()) <
                   parameters.rest_speed_m_s;
          });
+}
+
+// ---- a part of another problem
+
+int ContactProblem::add_copy(const SolverBody& body) {
+  const int number = body_count();
+  bodies_.push_back(body);
+  if (body.moves()) {
+    bodies_.back().unknown = static_cast<int>(moving_.size());
+    moving_.push_back(number);
+  }
+  return number;
+}
+
+void ContactProblem::add_copy(const SolverRow& row, int a, int b) {
+  rows_.push_back(row);
+  rows_.back().a.body = a;
+  rows_.back().b.body = b;
+}
+
+void ContactProblem::add_copy(const ContactPack& pack, int a, int b) {
+  ContactPack& own = add_pack();
+  own = pack;
+  own.a = a;
+  own.b = b;
+}
+
+void ContactProblem::complete_part() {
+  for (const SolverRow& row : rows_) {
+    apply_impulse(row.a.body, -row.gamma * row.a.linear, -row.gamma * row.a.angular);
+    apply_impulse(row.b.body, -row.gamma * row.b.linear, -row.gamma * row.b.angular);
+  }
+  for (const ContactPack& pack : packs()) {
+    const ContactPack::BodyImpulses impulses = pack.body_impulses();
+    apply_impulse(pack, {-1 * impulses.on_a, -1 * impulses.against_b});
+  }
+  for (const int i : moving_) at(i).free_twist = at(i).twist;
+  complete_ = true;
 }
 
 // ---- the solution

@@ -56,8 +56,20 @@ class ContactProblem {
   /// Contacts of the same two bodies are added one after the other. Returns its number.
   int add_contact(const ContactDescription& contact);
 
+  // ---- a part of another problem, in place of the additions above
+
+  /// A body with its present velocity; kinematic if it is that. Returns its number.
+  int add_copy(const SolverBody& body);
+  /// A row or contacts with their present impulses, between bodies of this problem.
+  void add_copy(const SolverRow& row, int a, int b);
+  void add_copy(const ContactPack& pack, int a, int b);
+  /// After the last copy. V_free becomes the velocity without the copied impulses, so that all
+  /// constraints that were not copied keep theirs.
+  void complete_part();
+
   // ---- the solution
 
+  [[nodiscard]] int body_count() const { return static_cast<int>(bodies_.size()); }
   [[nodiscard]] const Twist& twist(int body) const { return at(body).twist; }
   [[nodiscard]] double row_impulse_ns(int row) const { return rows_[index(row)].gamma; }
   /// On body a.
@@ -122,6 +134,7 @@ class ContactProblem {
  private:
   [[nodiscard]] static std::size_t index(int i) { return static_cast<std::size_t>(i); }
   void apply_impulse(int body, const Vector3& impulse, const Vector3& moment);
+  [[nodiscard]] ContactPack& add_pack();
   [[nodiscard]] double velocity_of(const Side& side) const;
   void complete_contacts(const ContactSolverParameters& parameters);
   void mark_actuated();

@@ -7,10 +7,15 @@
 namespace aprsim::physics {
 
 ContactSolver::Outcome ContactSolver::solve(ContactProblem& problem,
-                                            const ContactSolverParameters& parameters) {
+                                            const ContactSolverParameters& original) {
   statistics_.clear();
-  problem.complete(parameters);
+  problem.complete(original);
   if (problem.moving().empty()) return {.converged = true};
+  const bool is_large =
+      problem.moving().size() > static_cast<std::size_t>(original.max_small_island_bodies);
+  const ContactSolverParameters parameters =
+      is_large ? for_large_island(original, problem.is_at_rest() || !problem.rows().empty())
+               : original;
   const ToleranceSchedule tolerance(parameters, problem.is_at_rest());
   // The outer iteration is only entered if neither warm start nor relaxation fulfils Coulomb's law.
   // In a quiet cell most steps end here.
@@ -29,6 +34,9 @@ ContactSolver::Outcome ContactSolver::solve(ContactProblem& problem,
             .residual_m_s = residual.max_m_s()};
   }
   // Outer iteration.
+  if (is_large) {
+    return large_island_.solve(problem, parameters, tolerance, residual, saved_, statistics_);
+  }
   return proximal_point_.solve(problem, parameters, tolerance, residual, saved_, statistics_);
 }
 

@@ -4,6 +4,7 @@
 #include "world/physics/constraint/contact_solver_outcome.hpp"
 #include "world/physics/constraint/contact_solver_parameters.hpp"
 #include "world/physics/constraint/contact_solver_statistics.hpp"
+#include "world/physics/constraint/large_island_solver.hpp"
 #include "world/physics/constraint/proximal_point.hpp"
 #include "world/physics/constraint/saved_impulses.hpp"
 
@@ -25,6 +26,7 @@ namespace aprsim::physics {
 /// 5. `NewtonMatrix`, `BlockLu`: the matrix, unsymmetric because of the correction, in sparse
 /// blocks
 ///    of 6 by 6.
+/// 6. `LargeIslandSolver`: in place of 3. for islands of many bodies, with `RegionSolver`.
 ///
 /// Sources: De Saxce & Feng 1998 (cone complementarity of Coulomb friction); Jourdan et al. 1998
 /// (Gauss-Seidel); Cadoux 2009, Acary et al. 2011 (fixed point on the slip); Rockafellar 1976
@@ -43,6 +45,7 @@ class ContactSolver {
 
  private:
   ProximalPoint proximal_point_;
+  LargeIslandSolver large_island_;
   SavedImpulses saved_;
   ContactSolverStatistics statistics_;
 };

@@ -94,6 +94,63 @@ struct ContactSolverParameters {
   /// Rounds of nonlinear Gauss-Seidel. They find cheaply which contacts bear and which slip; it
   /// converges linearly, so that further rounds gain less than Newton steps.
   int relaxation_rounds = 10;
+
+  // ---- large islands: what their solves do otherwise (see for_large_island)
+
+  /// Islands of more bodies are large. The greatest shipped cells stay below it.
+  int max_small_island_bodies = 64;
+  /// Residual that is accepted where no row acts and bodies move [m/s]: 10 nm in a step.
+  double large_island_tolerance_m_s = 1e-5;
+  /// Newton steps of all subproblems together: half as many, for each costs more.
+  int large_island_max_newton_steps = 100;
+  /// Rounds of Gauss-Seidel after an impact. A round costs a tenth of a Newton step there.
+  int large_island_relaxation_rounds = 60;
+  /// Counterparts of `proximal_weight_decrease`, `cautious_proximal_weight_decrease`,
+  /// `proximal_weight_increase` and `fast_contraction`. With many contacts a small weight fails
+  /// more often, and a failure costs more than an outer iteration.
+  double large_island_weight_decrease = 0.3, large_island_cautious_weight_decrease = 0.5;
+  double large_island_weight_increase = 2, large_island_fast_contraction = 0.3;
+
+  // ---- regions of large islands
+
+  /// Contacts with at least this share of the largest residual are in a region.
+  double region_threshold = 0.1;
+  /// Regions of more than this share of all bodies are left to the Newton steps of the whole.
+  double max_region_share = 0.4;
+  /// Rounds of solving regions between two outer iterations.
+  int max_region_rounds = 16;
+  /// A round that leaves more of the residual than this share is slow; the second slow one is the
+  /// last.
+  double slow_region_round = 0.5;
+  /// A round that leaves more of the residual than this is undone. Below it residuals may grow for
+  /// a round, because they move to neighbours.
+  double max_region_growth = 20;
+  /// Share of the residual to which a region is solved, and of the tolerance at most.
+  double region_relative_tolerance = 0.05, region_tolerance_share = 0.3;
+  /// Newton steps of one region.
+  int max_region_newton_steps = 60;
 };
+
+/// The parameters with those of large islands in their places. `strict`: a row acts, or all bodies
+/// rest, and the tolerance stays.
+[[nodiscard]] inline ContactSolverParameters for_large_island(const ContactSolverParameters& in,
+                                                              bool strict) {
+  ContactSolverParameters out = in;
+  if (!strict && out.tolerance_m_s < in.large_island_tolerance_m_s) {
+    out.tolerance_m_s = in.large_island_tolerance_m_s;
+    if (out.relaxed_tolerance_m_s < out.tolerance_m_s) {
+      out.relaxed_tolerance_m_s = out.tolerance_m_s;
+    }
+  }
+  if (out.max_newton_steps > in.large_island_max_newton_steps) {
+    out.max_newton_steps = in.large_island_max_newton_steps;
+  }
+  out.relaxation_rounds = in.large_island_relaxation_rounds;
+  out.proximal_weight_decrease = in.large_island_weight_decrease;
+  out.cautious_proximal_weight_decrease = in.large_island_cautious_weight_decrease;
+  out.proximal_weight_increase = in.large_island_weight_increase;
+  out.fast_contraction = in.large_island_fast_contraction;
+  return out;
+}
 
 }  // namespace aprsim::physics

@@ -5,7 +5,10 @@
 #include <tuple>
 #include <utility>
 
+#include <Eigen/LU>
+
 #include "world/base/simd/vector_clones.hpp"
+#include "world/physics/constraint/contact_solver_parameters.hpp"
 #include "world/physics/step/make_engine.hpp"
 
 namespace aprsim::physics {
@@ -13,6 +16,7 @@ namespace {
 
 constexpr double kSameContact = 3e-3;  // [m] from where it was in the last step, at most
 constexpr double kSameFace = 0.9;      // cosine between its normals then and now
+constexpr double kSamePlane = 0.98;    // the same, of contacts that take over each other's force
 constexpr double kFalling = 0.03;      // [m/s], slower bodies lie on something
 
 /// The smallest rotation from one normal to another; none if they differ too much.
@@ -83,13 +87,14 @@ StepSolver::StepSolver(PhysicsModel& model)
   stale_.resize(islands, 1);
   first_root_.resize(islands);
   first_run_.resize(islands);
+  root_count_.resize(islands);
   next_root_.resize(model.bodies.size());
   // Bodies that may be the first of a contact.
   const int firsts = model.ids.palm(static_cast<int>(model.grippers.size()));
   // All lists get their capacity here, because a step must not allocate.
   for (auto* by_body : {&first_of_body_, &first_last_run_}) by_body->resize(index(firsts));
   for (auto* runs : {&runs_, &last_runs_}) runs->reserve(kConstraintCapacity);
-  bearing_.reserve(kConstraintCapacity);
+  for (auto* contacts : {&bearing_, &bearers_}) contacts->reserve(kConstraintCapacity);
   matches_.reserve(4 * kConstraintCapacity);
   for (auto* marks : {&matched_, &continues_}) marks->reserve(kConstraintCapacity);
   for (auto* contacts : {&memory_.contacts, &memory_before_.contacts, &last_contacts_}) {
@@ -176,7 +181,9 @@ void StepSolver::solve_stale(std::size_t known) {
 /// Each island's roots, ascending.
 void StepSolver::list_members() {
   std::fill(first_root_.begin(), first_root_.end(), -1);
+  std::fill(root_count_.begin(), root_count_.end(), 0);
   const auto roots = awake_roots();
+  for (const int root : roots) ++root_count_[index(islands_.number_of_root(root))];
   for (auto root = roots.rbegin(); root != roots.rend(); ++root) {
     next_root_[index(*root)] =
         std::exchange(first_root_[index(islands_.number_of_root(*root))], *root);
@@ -329,6 +336,60 @@ APRSIM_VECTOR_CLONES void StepSolver::match_last_contacts(std::size_t known) {
       if (continues_[now] != 0 || matched_[last_one] != 0) continue;
       continues_[now] = matched_[last_one] = 1;
       if (now >= known) warm_start_from(last_contacts_[last_one], model_.constraints[now]);
+    }
+    if (root_count_[index(run.island)] > ContactSolverParameters{}.max_small_island_bodies) {
+      spread_lost_forces(run, *last, known);
+    }
+  }
+}
+
+/// In a heap a lost force is a disturbance of all bodies above it. A disc that lies flat touches at
+/// other places of its rim from step to step: the new contacts of a pair take over the forces of
+/// those that are gone.
+void StepSolver::spread_lost_forces(const Run& run, const Run& last, std::size_t known) {
+  for (int k = last.first; k < last.end; ++k) {
+    if (matched_[index(k)] != 0) continue;
+    const LastContact& lost = last_contacts_[index(k)];
+    bearers_.clear();
+    for (int i = std::max(run.first, static_cast<int>(known)); i < run.end; ++i) {
+      const Contact& contact = model_.constraints[index(i)].contact;
+      if (continues_[index(i)] == 0 && contact.n_W.dot(lost.n_W) > kSamePlane) {
+        bearers_.push_back(i);
+      }
+    }
+    matched_[index(k)] = 1;
+    if (!bearers_.empty()) spread_force(lost);
+  }
+}
+
+/// In shares that keep the force's place as well as the bearing contacts allow: the least ones,
+/// 1/n + (p_i - c)' A^-1 (p - c) with A = sum (p_i - c) (p_i - c)' about the centre c, none of them
+/// negative.
+void StepSolver::spread_force(const LastContact& lost) {
+  constexpr double kFlat = 1e-3, kPoint_m2 = 1e-14;  // A is regular also of contacts in a line
+  const double count = static_cast<double>(bearers_.size());
+  const auto at = [this](int i) -> ContactConstraint& { return model_.constraints[index(i)]; };
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  for (const int i : bearers_) centre += at(i).contact.p_W / count;
+  Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+  for (const int i : bearers_) {
+    const Eigen::Vector3d arm = at(i).contact.p_W - centre;
+    A += arm * arm.transpose();
+  }
+  A.diagonal().array() += kFlat * A.trace() + kPoint_m2;
+  const Eigen::Vector3d slope = A.inverse() * (lost.p_W - centre);
+  const auto share = [&](int i) {
+    return std::max(0.0, 1 / count + slope.dot(at(i).contact.p_W - centre));
+  };
+  double sum = 0;
+  for (const int i : bearers_) sum += share(i);
+  for (const int i : bearers_) {
+    ContactConstraint& constraint = at(i);
+    constraint.f_guess_W.last += share(i) / sum * lost.f_guess_W.last;
+    constraint.f_guess_W.known = true;
+    if (constraint.rolling_m > 0 || constraint.spinning_m > 0) {
+      constraint.torque_guess_W.last += share(i) / sum * lost.torque_guess_W.last;
+      constraint.torque_guess_W.known = true;
     }
   }
 }

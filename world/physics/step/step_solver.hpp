@@ -116,6 +116,8 @@ class StepSolver {
   void reset_guesses(const Run& run, std::size_t known);
   [[nodiscard]] const Run* last_run(const ContactingBodies& bodies) const;
   [[nodiscard]] bool list_near_contacts(const Run& now, const Run& last);
+  void spread_lost_forces(const Run& run, const Run& last, std::size_t known);
+  void spread_force(const LastContact& lost);
   void save_contacts();
   [[nodiscard]] int save_contacts_of_pair(int first);
   void exchange();
@@ -130,6 +132,7 @@ class StepSolver {
   std::uint64_t step_number_ = 0;
   // Lists of islands, and of runs by their first body, -1 = none or no more.
   std::vector<int> first_root_, next_root_;  // by island, by root
+  std::vector<int> root_count_;              // by island
   std::vector<Run> runs_;
   std::vector<int> first_run_;      // by island
   std::vector<char> stale_;         // by island: to be solved
@@ -151,6 +154,7 @@ class StepSolver {
   std::vector<Match> matches_;
   std::vector<char> matched_;       // by last contact
   std::vector<char> continues_;     // by contact: one of the last
+  std::vector<int> bearers_;        // contacts that take over a lost one's force
   std::vector<int> first_of_body_;  // runs by body a
   std::vector<int> bearing_;        // contacts of a pair that bore a force
 };
