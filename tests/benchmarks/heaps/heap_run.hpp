@@ -7,7 +7,7 @@
 
 namespace aprsim::bench {
 
-/// What the steps of a heap cost, and how exact they are.
+/// Cost and exactness of the steps of a heap.
 struct HeapRun {
   std::vector<double> step_us;  ///< of the steps that are timed
   double newton_steps = 0;      ///< a timed step, mean over them

@@ -60,7 +60,7 @@ TEST(LargeIslandSolver, StaysWithinItsToleranceOfTheStrictSolution) {
   }
 }
 
-/// Whatever the residual, impulses are within their cones and velocities follow from them.
+/// Impulses are within their cones, and velocities follow from them, at any residual.
 TEST(LargeIslandSolver, KeepsConesAndMomentumAlsoWhereItsBudgetEnds) {
   RandomHeaps heaps(5);
   ContactSolverParameters parameters;
