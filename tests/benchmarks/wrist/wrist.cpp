@@ -188,7 +188,8 @@ int run(int argc, char** argv) {
       "The shipped cell behind its CRCL server, as fast as it goes. Each robot lifts a gear by "
       "150 mm. Swings: 0.2 to 0.6 rad about any axis through the tool tip and back, rotation limit "
       "6 rad/s; the drift is counted from the first. Picks: three poses up to 0.6 rad and 60 mm "
-      "off, back, and the gear is put back. Places are compared after 0.4 s at rest, at the pose of "
+      "off, back, and the gear is put back. Places are compared after 0.4 s at rest, at the pose "
+      "of "
       "the first look.");
   return experiment.finish();
 }
