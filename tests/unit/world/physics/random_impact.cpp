@@ -126,7 +126,7 @@ ImpactOutcome random_impact(std::uint64_t seed, const ImpactRange& range) {
   if (second.q.isApprox(first.q) && dice.chance(0.5)) {
     const Vector3d axis = first.q * Vector3d::UnitZ();
     second.p -= second.p.dot(axis) * axis;
-    second.p *= kApart_m / std::max(0.05, second.p.norm());
+    second.p = kApart_m * second.p.normalized();
   }
   std::array<MassProperties, 2> masses;
   // Trays come first among the bodies.
