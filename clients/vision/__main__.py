@@ -18,7 +18,6 @@ from .publisher import LinePublisher, vision_line
 from .sight import Sight
 
 DONE, USAGE, NO_CAMERA, INTERRUPTED = 0, 2, 3, 130
-_FIRST_PORT = 8090  # of the cell's cameras, in the order of the cell file
 _PATH = "/mjpg/video.mjpg"
 _FIRST_PICTURE_S = 30.0
 _REPORT_S = 5.0  # between reports of one trouble
@@ -75,8 +74,8 @@ def open_feeds(options: argparse.Namespace, feeds: list[Feed]) -> None:
     ports = read_ports(options.ports_file) if options.ports_file else {}
     given = pairs(options.camera, "--camera", prior)
     maps = maps_of(prior, options)
-    for index, (name, camera) in enumerate(prior.cameras.items()):
-        port = ports.get(f"camera.{name}", _FIRST_PORT + index)
+    for name, camera in prior.cameras.items():
+        port = ports.get(f"camera.{name}", camera.camera_port)
         url = given.get(name, f"http://{options.host}:{port}{_PATH}")
         publisher = None
         if not options.once:

@@ -57,6 +57,7 @@ class Surface:
 class CameraPrior:
     name: str
     robot: str  # whose vision lines come from this camera
+    camera_port: int  # of the camera's pictures
     port: int  # of these lines
     map: CameraMap | None  # None: only the cell knows it
     base_mm: Array  # of the robot's vision frame, x and y
@@ -157,6 +158,7 @@ def _camera(name: str, table: dict[str, Any], cell: dict[str, Any]) -> CameraPri
     return CameraPrior(
         name,
         table["robot"],
+        int(table["camera_port"]),
         int(table["port"]),
         lens,
         np.array(robot["base_mm"][:2], float),

@@ -81,13 +81,13 @@ def yaw_of(X):
 
 
 class TrayTests:
-    """The tests of one kind of trays: `looks` for the program, `trays` for the scene."""
+    """The tests of one kind of trays: `looks` for the program, `scene` for the daemon."""
 
     @classmethod
     def setUpClass(cls):
         folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
         cls.prior = prior_of(folder, cls.looks)
-        scene = scene_with_cameras(folder, cls.prior, cls.trays)
+        scene = cls.scene(folder)
         cls.daemon = Daemon(scene=str(scene), speed="stepped", start_s=60 * PATIENCE)
         cls.addClassCleanup(cls.daemon.close)
         cls.ports = json.loads(cls.daemon.ports_file.read_text())
@@ -191,11 +191,21 @@ class TrayTests:
 
 
 class OutlineTest(TrayTests, unittest.TestCase):
-    looks, trays = "looks_2025.toml", "trays_2025.yaml"
+    """The scene as it is."""
+
+    looks = "looks_2025.toml"
+
+    @classmethod
+    def scene(cls, folder):
+        return "aprs_2025"
 
 
 class BoxTest(TrayTests, unittest.TestCase):
-    looks, trays = "looks_2024.toml", "trays_2024.yaml"
+    looks = "looks_2024.toml"
+
+    @classmethod
+    def scene(cls, folder):
+        return scene_with_cameras(folder, cls.prior, "trays_2024.yaml")
 
 
 if __name__ == "__main__":
