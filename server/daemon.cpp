@@ -44,6 +44,8 @@ namespace aprsim::server {
 namespace {
 
 constexpr std::chrono::milliseconds kCellLogPeriod{200};
+/// Pictures on their way have one part in so many of the cameras' memory.
+constexpr std::uint64_t kSentPart = 8;
 /// Ports of Simple Message: motion, state and gripper.
 constexpr std::uint64_t kPortsOfRobot = 3;
 
@@ -163,7 +165,10 @@ class Daemon::Impl {
                      config.access.allow_foreign_states),
         security_(config, simulation_),
         robots_(make_robots(config, *scene)),
-        studio_(scene, simulation_, config.seed.value_or(scene->seed)),
+        studio_(scene, simulation_,
+                {.seed = config.seed.value_or(scene->seed),
+                 .max_bytes =
+                     (std::uint64_t{config.cameras.max_mb} << 20U) / kSentPart * (kSentPart - 1)}),
         cameras_(make_cameras(config)),
         modbus_(with_tap(modbus_options(context(config)), config, modbus_tap_), simulation_,
                 simulation_),
@@ -281,10 +286,14 @@ class Daemon::Impl {
     std::mutex mutex;
     std::condition_variable_any condition;
     std::unique_lock lock(mutex);
-    MemoryGuard memory(shares_.total, [this] {
-      if (records_) records_->drop_older_half();
-      if (journal_) journal_->drop_older_half();
-    });
+    // Pictures have memory of their own.
+    MemoryGuard memory(
+        shares_.total,
+        [this] {
+          if (records_) records_->drop_older_half();
+          if (journal_) journal_->drop_older_half();
+        },
+        [this] { return resident_bytes() - std::min(resident_bytes(), studio_.bytes()); });
     while (true) {
       const bool ended = stop.stop_requested();
       memory.check(MemoryGuard::Clock::now());
@@ -353,6 +362,8 @@ class Daemon::Impl {
     options.max_memory_bytes = shares_.grpc;
     options.max_backlogs_bytes = shares_.backlogs;
     options.max_unread_bytes = shares_.answers;
+    options.cameras = &studio_;
+    options.max_unread_image_bytes = (std::size_t{config.cameras.max_mb} << 20U) / kSentPart;
     options.transfers.all_bytes = shares_.transfers;
     options.feed = &simulation_.feed();
     options.events = &simulation_.events();

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <optional>
 #include <random>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -26,6 +27,7 @@
 #include "protocols/grpc/calls/unread_answers.hpp"
 #include "protocols/grpc/http2/backoff.hpp"
 #include "protocols/grpc/http2/http2_relay.hpp"
+#include "protocols/grpc/services/camera_service.hpp"
 #include "protocols/grpc/services/control_service.hpp"
 #include "protocols/grpc/services/history_service.hpp"
 #include "protocols/grpc/services/journal_service.hpp"
@@ -33,6 +35,7 @@
 #include "protocols/grpc/services/telemetry_service.hpp"
 #include "protocols/grpc/services/trajectory_service.hpp"
 #include "protocols/grpc/streams/event_stream.hpp"
+#include "protocols/grpc/streams/image_stream.hpp"
 #include "protocols/grpc/streams/stream_hub.hpp"
 #include "protocols/net/limited_log.hpp"
 #include "protocols/net/tcp_service.hpp"
@@ -118,7 +121,8 @@ class TelemetryServer::Impl {
       : options_(std::move(options)),
         sink_(sink),
         source_(source),
-        unread_(options_.max_unread_bytes, options_.write_timeout) {
+        unread_(options_.max_unread_bytes, options_.write_timeout),
+        unread_images_(options_.max_unread_image_bytes, options_.write_timeout) {
     if (options_.instance_id.empty()) options_.instance_id = random_instance_id();
     if (!options_.listener.access) {
       options_.listener.access = std::make_shared<protocols::Access>(protocols::AccessRules{});
@@ -147,10 +151,12 @@ class TelemetryServer::Impl {
                                        options_.max_backlogs_bytes, options_.write_timeout, [this] {
                                          report_health();
                                          unread_.cancel_stuck(UnreadAnswers::Clock::now());
+                                         unread_images_.cancel_stuck(UnreadAnswers::Clock::now());
                                        });
     event_hub_ = std::make_unique<EventHub>(options_.events, options_.max_event_streams,
                                             options_.write_timeout);
     trajectory_hub_ = std::make_unique<TrajectoryHub>(source_, options_.write_timeout);
+    image_hub_ = std::make_unique<ImageHub>(options_.max_image_streams, options_.write_timeout);
     waiter_ = std::make_unique<CommandWaiter>(source_);
     telemetry_ = std::make_unique<TelemetryService>(options_, source_, *hub_, *event_hub_, *gate_);
     control_ = std::make_unique<ControlService>(options_, sink_, source_, *waiter_, *gate_);
@@ -158,6 +164,7 @@ class TelemetryServer::Impl {
         std::make_unique<TrajectoryService>(options_, sink_, source_, *trajectory_hub_, *gate_);
     history_ = std::make_unique<HistoryService>(options_, *control_);
     journal_ = std::make_unique<JournalService>(options_.incidents, *gate_);
+    cameras_ = std::make_unique<CameraService>(options_.cameras, *image_hub_, *gate_);
     robots_ = std::make_unique<RobotService>(
         options_.robots,
         [this](const grpc::CallbackServerContext& context) { return control_->refusal(context); });
@@ -175,6 +182,7 @@ class TelemetryServer::Impl {
     if (hub_) hub_->stop(deadline);
     if (event_hub_) event_hub_->stop(deadline);
     if (trajectory_hub_) trajectory_hub_->stop(deadline);
+    if (image_hub_) image_hub_->stop(deadline);
     if (const auto server = detach_server()) {
       const auto left = deadline - std::chrono::steady_clock::now();
       server->Shutdown(std::chrono::system_clock::now() +
@@ -213,12 +221,19 @@ class TelemetryServer::Impl {
     builder.RegisterService(control_.get());
     builder.RegisterService(history_.get());
     builder.RegisterService(journal_.get());
+    builder.RegisterService(cameras_.get());
     builder.RegisterService(robots_.get());
     builder.RegisterService(trajectories_.get());
     // Outgoing messages pass the gate first, so that the other interceptors see refusals.
     auto interceptors = calls_.interceptors();
     interceptors.insert(interceptors.begin(), gate_->interceptor());
-    interceptors.insert(interceptors.begin(), unread_.interceptor());
+    const auto sends_images = [](std::string_view method) {
+      return method.starts_with("/aprsim.v1.CameraService/");
+    };
+    interceptors.insert(interceptors.begin(), unread_images_.interceptor(sends_images));
+    interceptors.insert(interceptors.begin(), unread_.interceptor([sends_images](auto method) {
+      return !sends_images(method);
+    }));
     if (options_.listener.trace != nullptr) {
       interceptors.push_back(trace_of_calls(*options_.listener.trace, source_));
     }
@@ -259,7 +274,7 @@ class TelemetryServer::Impl {
     for (const char* name :
          {"", v1::TelemetryService::service_full_name(), v1::ControlService::service_full_name(),
           v1::HistoryService::service_full_name(), v1::JournalService::service_full_name(),
-          v1::TrajectoryService::service_full_name(),
+          v1::CameraService::service_full_name(), v1::TrajectoryService::service_full_name(),
           crcl::v1::RobotService::service_full_name()}) {
       health.SetServingStatus(name, serving);
     }
@@ -277,19 +292,21 @@ class TelemetryServer::Impl {
   RelayRules rules_;
   Backoff backoff_;
   CallCounter calls_;
-  UnreadAnswers unread_;
+  UnreadAnswers unread_, unread_images_;
   ConnectedClients clients_;
   std::unique_ptr<CallGate> gate_;
   std::unique_ptr<Service> service_;
   std::unique_ptr<StreamHub> hub_;
   std::unique_ptr<EventHub> event_hub_;
   std::unique_ptr<TrajectoryHub> trajectory_hub_;
+  std::unique_ptr<ImageHub> image_hub_;
   std::unique_ptr<CommandWaiter> waiter_;
   std::unique_ptr<TelemetryService> telemetry_;
   std::unique_ptr<ControlService> control_;
   std::unique_ptr<HistoryService> history_;
   std::unique_ptr<TrajectoryService> trajectories_;
   std::unique_ptr<JournalService> journal_;
+  std::unique_ptr<CameraService> cameras_;
   std::unique_ptr<RobotService> robots_;
   std::mutex server_mutex_;
   std::shared_ptr<grpc::Server> server_;

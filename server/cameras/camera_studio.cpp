@@ -1,8 +1,9 @@
 #include "server/cameras/camera_studio.hpp"
 
+#include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
-#include <cstring>
 #include <exception>
 #include <filesystem>
 #include <map>
@@ -14,9 +15,9 @@
 #include <utility>
 #include <vector>
 
-#include <spdlog/spdlog.h>
+#include <fmt/format.h>
 
-#include "server/cameras/jpeg.hpp"
+#include "server/cameras/picture_encoder.hpp"
 #include "world/render/cell/cell_model.hpp"
 #include "world/render/renderer.hpp"
 #include "world/scene/scene_loader.hpp"
@@ -31,16 +32,36 @@ using protocols::PictureForm;
 constexpr int kNice = 10;  // below all other threads
 constexpr std::chrono::seconds kIdle{60};
 
-/// The bytes of values in this machine's order, which is little-endian.
-template <typename T>
-std::string bytes_of(const render::Picture<T>& picture) {
-  std::string out(picture.values.size() * sizeof(T), '\0');
-  std::memcpy(out.data(), picture.values.data(), out.size());
-  return out;
-}
-
 tl::unexpected<Error> unavailable(const std::string& why) {
   return fail(ErrorCode::kUnavailable, "camera", why);
+}
+
+protocols::CameraInfo info_of(const scene::Camera& camera, const scene::Scene& scene) {
+  const scene::Lens& lens = camera.lens;
+  return {.name = camera.name,
+          .robot = camera.robot < 0 ? std::string()
+                                    : scene.robots.at(static_cast<std::size_t>(camera.robot)).name,
+          .width = lens.width_px,
+          .height = lens.height_px,
+          .rate_hz = camera.rate_hz,
+          .latency_s = camera.latency_s,
+          .X_WC = camera.X_WC,
+          .focal_px = {lens.focal_px.x(), lens.focal_px.y()},
+          .centre_px = {lens.centre_px.x(), lens.centre_px.y()},
+          .distortion = lens.distortion};
+}
+
+std::shared_ptr<const std::vector<protocols::PictureObject>> objects_of(
+    const render::CellModel& model) {
+  using Kind = protocols::PictureObject::Kind;
+  std::vector<protocols::PictureObject> out;
+  for (const render::SceneObject& object : model.objects()) {
+    // The kinds are in the same order.
+    static_assert(static_cast<int>(render::SceneObject::Kind::kIntruder) ==
+                  static_cast<int>(Kind::kIntruder));
+    out.push_back({static_cast<Kind>(object.kind), object.name});
+  }
+  return std::make_shared<const std::vector<protocols::PictureObject>>(std::move(out));
 }
 
 }  // namespace
@@ -48,11 +69,13 @@ tl::unexpected<Error> unavailable(const std::string& why) {
 class CameraStudio::Impl {
  public:
   Impl(std::shared_ptr<const scene::Scene> scene, const api::SnapshotSource& source,
-       std::uint64_t seed)
-      : scene_(std::move(scene)), source_(source), seed_(seed), rooms_(scene_->cameras.size()) {
+       StudioOptions options)
+      : scene_(std::move(scene)),
+        source_(source),
+        options_(options),
+        rooms_(scene_->cameras.size()) {
     for (const scene::Camera& camera : scene_->cameras) {
-      infos_.push_back({camera.name, camera.lens.width_px, camera.lens.height_px, camera.rate_hz,
-                        camera.latency_s});
+      infos_.push_back(info_of(camera, *scene_));
     }
     if (!infos_.empty()) thread_ = std::thread([this] { run(); });
   }
@@ -60,6 +83,7 @@ class CameraStudio::Impl {
   ~Impl() { stop(); }
 
   [[nodiscard]] const std::vector<protocols::CameraInfo>& cameras() const { return infos_; }
+  [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
 
   void take_picture(std::size_t camera, PictureForm form, Done done) {
     {
@@ -114,6 +138,7 @@ class CameraStudio::Impl {
       }
       if (stopping) return;
       free_idle();
+      bytes_ = used_bytes();
     }
   }
 
@@ -121,11 +146,12 @@ class CameraStudio::Impl {
     try {
       const api::SnapshotPtr snapshot = source_.latest();
       if (auto ready = prepare(*snapshot); !ready) return tl::unexpected(ready.error());
+      if (auto place = make_place(request.camera); !place) return tl::unexpected(place.error());
       Room& room = rooms_.at(request.camera);
       draw(room, request.camera, *snapshot);
       auto& bytes = room.bytes[request.form];
       if (!bytes) {
-        auto made = encode(*room.renderer, request.form);
+        auto made = encoder_.encode(*room.renderer, *model_, request.form);
         if (!made) return tl::unexpected(made.error());
         bytes = std::make_shared<const std::string>(*std::move(made));
       }
@@ -155,39 +181,50 @@ class CameraStudio::Impl {
     }
     if (!model) return tl::unexpected(model.error());
     model_.emplace(*std::move(model));
+    objects_ = objects_of(*model_);
     cell_ = snapshot.cell;
     return {};
+  }
+
+  /// Frees the renderers that were used least recently, as far as another one needs their memory.
+  Result<void> make_place(std::size_t camera) {
+    if (rooms_[camera].renderer) return {};
+    const std::uint64_t needed = render::Renderer::needed_bytes(scene_->cameras[camera]);
+    if (needed > options_.max_bytes) {
+      return fail(ErrorCode::kFailedPrecondition, "cameras.max_mb",
+                  fmt::format("{} MB are too few for {}, which needs {}", options_.max_bytes >> 20U,
+                              infos_[camera].name, (needed >> 20U) + 1));
+    }
+    while (used_bytes() + needed > options_.max_bytes) {
+      *std::ranges::min_element(rooms_, {}, [](const Room& room) {
+        return room.renderer ? room.used : Clock::time_point::max();
+      }) = {};
+    }
+    return {};
+  }
+
+  [[nodiscard]] std::uint64_t used_bytes() const {
+    std::uint64_t sum = 0;
+    for (const Room& room : rooms_) {
+      if (room.renderer) sum += render::Renderer::needed_bytes(room.renderer->camera());
+    }
+    return sum;
   }
 
   void draw(Room& room, std::size_t camera, const api::Snapshot& snapshot) {
     room.used = Clock::now();
     if (!room.renderer) {
       room.renderer = std::make_unique<render::Renderer>(
-          scene_->cameras.at(camera), render::lamps_over(model_->extent()), seed_ + camera);
+          scene_->cameras.at(camera), render::lamps_over(model_->extent()), options_.seed + camera);
     }
     // A paused cell may change within its step; what did not costs next to nothing.
     const bool noisy = room.renderer->camera().noise > 0 && room.drawn.step != snapshot.step;
     const std::size_t tiles = room.renderer->draw(model_->place(snapshot), snapshot.step);
     if (tiles > 0 || noisy || !room.is_drawn) room.bytes.clear();
     const scene::Lens& lens = room.renderer->camera().lens;
-    room.drawn = {snapshot.epoch, snapshot.step, snapshot.time, lens.width_px, lens.height_px, {}};
+    room.drawn = {snapshot.epoch, snapshot.step, snapshot.time, lens.width_px, lens.height_px, {},
+                  objects_};
     room.is_drawn = true;
-  }
-
-  Result<std::string> encode(const render::Renderer& renderer, PictureForm form) {
-    switch (form) {
-      case PictureForm::kJpeg:
-        return jpeg_.encode(renderer.rgb(), renderer.camera().jpeg_quality);
-      case PictureForm::kRgb:
-        return bytes_of(renderer.rgb());
-      case PictureForm::kDepth:
-        return bytes_of(renderer.depth());
-      case PictureForm::kSegments:
-        return bytes_of(renderer.segments(model_->object_of()));
-      case PictureForm::kNormals:
-        return bytes_of(renderer.normals());
-    }
-    return unavailable("no such form");
   }
 
   void free_idle() {
@@ -199,26 +236,28 @@ class CameraStudio::Impl {
 
   const std::shared_ptr<const scene::Scene> scene_;
   const api::SnapshotSource& source_;
-  const std::uint64_t seed_;
+  const StudioOptions options_;
   std::vector<protocols::CameraInfo> infos_;
 
   std::mutex mutex_;
   std::condition_variable asked_;
   std::vector<Request> requests_;
   bool stopping_ = false;
+  std::atomic<std::uint64_t> bytes_{0};
 
   // For the studio's thread alone.
   std::shared_ptr<const api::CellDescription> cell_;  // of the model
   std::optional<render::CellModel> model_;
+  std::shared_ptr<const std::vector<protocols::PictureObject>> objects_;  // of the model
   std::vector<Room> rooms_;
-  JpegEncoder jpeg_;
+  PictureEncoder encoder_;
 
   std::thread thread_;
 };
 
 CameraStudio::CameraStudio(std::shared_ptr<const scene::Scene> scene,
-                           const api::SnapshotSource& source, std::uint64_t seed)
-    : impl_(std::make_unique<Impl>(std::move(scene), source, seed)) {}
+                           const api::SnapshotSource& source, StudioOptions options)
+    : impl_(std::make_unique<Impl>(std::move(scene), source, options)) {}
 
 CameraStudio::~CameraStudio() = default;
 
@@ -227,6 +266,8 @@ const std::vector<protocols::CameraInfo>& CameraStudio::cameras() const { return
 void CameraStudio::take_picture(std::size_t camera, PictureForm form, Done done) {
   impl_->take_picture(camera, form, std::move(done));
 }
+
+std::uint64_t CameraStudio::bytes() const { return impl_->bytes(); }
 
 void CameraStudio::stop() { impl_->stop(); }
 

@@ -20,6 +20,7 @@ Result<std::string> JpegEncoder::encode(const render::Picture<std::uint8_t>& rgb
     return fail(ErrorCode::kUnavailable, "jpeg", tjGetErrorStr2(handle_));
   }
   out.resize(size);
+  out.shrink_to_fit();
   return out;
 }
 

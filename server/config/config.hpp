@@ -95,6 +95,7 @@ struct CamerasConfig {
   std::string address = "localhost";
   std::uint16_t port = 8090;  ///< of the first camera; the others follow
   std::uint32_t max_connections = 16;
+  std::uint32_t max_mb = 512;  ///< of the renderers, besides memory.max_mb
   std::vector<std::string> allow;
 };
 

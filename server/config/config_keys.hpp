@@ -120,6 +120,10 @@ void visit(Archive& keys, CamerasConfig& cameras) {
            "port of the first camera, the others follow; 0: free ports for all");
   keys.key("max_connections", cameras.max_connections, kConnections,
            "limit of simultaneous connections to each camera");
+  keys.key(
+      "max_mb", cameras.max_mb, Whole{32, 65536},
+      "limit of the memory that takes pictures, in addition to memory.max_mb; it is used while "
+      "pictures are asked for [MB]");
   keys.key("allow", cameras.allow, ListOf<Network>{}, kAllowed);
 }
 

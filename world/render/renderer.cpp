@@ -79,6 +79,15 @@ Renderer::Renderer(const scene::Camera& camera, const std::vector<Lamp>& lamps, 
   lit_from_.resize(grid().tiles() * shadows_.size());
 }
 
+std::uint64_t Renderer::needed_bytes(const scene::Camera& camera) {
+  constexpr std::uint64_t kLamps = 2, kFacets = std::uint64_t{16} << 20U;
+  const std::uint64_t pixels = TileGrid(camera.lens.width_px, camera.lens.height_px).pixels();
+  // Light, colour, depth, owner, and the directions of a distorted lens.
+  const bool distorted =
+      std::ranges::any_of(camera.lens.distortion, [](double term) { return term != 0; });
+  return pixels * (12 + 3 + 4 + 4 + (distorted ? 8 : 0)) + kLamps * ShadowMap::kBytes + kFacets;
+}
+
 std::size_t Renderer::draw(const std::vector<Placement>& placements, std::uint64_t frame,
                            int threads) {
   placements_ = placements;

@@ -22,6 +22,8 @@ namespace aprsim::render {
 class Renderer {
  public:
   Renderer(const scene::Camera& camera, const std::vector<Lamp>& lamps, std::uint64_t seed);
+  /// Memory of a renderer of this camera with two lamps and the default cell, approximately.
+  [[nodiscard]] static std::uint64_t needed_bytes(const scene::Camera& camera);
 
   /// Draws the placements, which keep their order and meshes. `frame`: number of its noise.
   /// Returns how many tiles were drawn.

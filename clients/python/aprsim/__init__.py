@@ -15,6 +15,7 @@ rotation in X_WT[:3, :3] and the position in metres in X_WT[:3, 3]. `aprsim.pose
 
 from . import aio, crcl, events, faults, poses
 from .calls import Bookmark, HistorySpan, Receipt, Run, SavedState
+from .cameras import Camera, Picture, SeenObject
 from .cell import Cell
 from .daemon import Daemon
 from .endpoints import Endpoints
@@ -31,6 +32,7 @@ __all__ = [
     "BadArgument",
     "BodyState",
     "Bookmark",
+    "Camera",
     "Cell",
     "Daemon",
     "Endpoints",
@@ -39,6 +41,7 @@ __all__ = [
     "Followed",
     "Happens",
     "HistorySpan",
+    "Picture",
     "Receipt",
     "Refused",
     "Robot",
@@ -48,6 +51,7 @@ __all__ = [
     "SavedState",
     "ScenarioError",
     "ScenarioReport",
+    "SeenObject",
     "Snapshot",
     "TimedOut",
     "Trajectory",

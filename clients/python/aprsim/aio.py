@@ -17,10 +17,12 @@ from typing import TYPE_CHECKING, Any, AsyncGenerator, AsyncIterator, Callable, 
 
 import grpc
 import grpc.aio
+import numpy as np
 import numpy.typing as npt
 
-from . import arguments, calls, crcl, faults, trajectories
+from . import arguments, calls, cameras, crcl, faults, trajectories
 from .calls import Bookmark, HistorySpan, Receipt, Run, SavedState
+from .cameras import CameraBase, Content, Picture, SeenObject
 from .channel import Channel
 from .endpoints import Endpoints, find_endpoints
 from .errors import AprsimError, TimedOut, Unreachable
@@ -40,7 +42,7 @@ from .snapshots import BodyState, Snapshot, seconds
 from .trajectories import Feedback, Followed, Trajectory
 
 if TYPE_CHECKING:
-    from .v1 import cell_pb2, control_service_pb2, faults_pb2, snapshot_pb2
+    from .v1 import camera_service_pb2, cell_pb2, control_service_pb2, faults_pb2, snapshot_pb2
 
 T = TypeVar("T")
 
@@ -286,6 +288,58 @@ class Robot:
         return data
 
 
+class Camera(CameraBase):
+    """As `aprsim.Camera`. Each call takes a picture of the latest state."""
+
+    def __init__(self, cell: Cell, description: camera_service_pb2.CameraDescription) -> None:
+        super().__init__(description)
+        self._cell = cell
+
+    async def rgb(self) -> npt.NDArray[np.uint8]:
+        """Colours: (height, width, 3), red, green and blue."""
+        return (await self.picture("rgb")).pixels
+
+    async def depth(self) -> npt.NDArray[np.float32]:
+        """Distance along the camera's z axis [m]; 0 = nothing there."""
+        return (await self.picture("depth")).pixels
+
+    async def segmentation(self) -> npt.NDArray[np.uint16]:
+        """Numbers of the visible objects; `objects` has their names."""
+        return (await self.picture("segmentation")).pixels
+
+    async def normals(self) -> npt.NDArray[np.float32]:
+        """Unit normals of the surfaces in the world: (height, width, 3); 0 = nothing there."""
+        return (await self.picture("normals")).pixels
+
+    async def objects(self) -> tuple[SeenObject, ...]:
+        """The objects of the running scene by their numbers in segmented pictures."""
+        return (await self.picture("segmentation")).objects
+
+    async def jpeg(self) -> bytes:
+        """Colours as a JPEG file of the camera's quality."""
+        return await self._cell._run(cameras.get_file(self.name, "jpeg"))
+
+    async def png(self) -> bytes:
+        """Colours as a PNG file."""
+        return await self._cell._run(cameras.get_file(self.name, "png"))
+
+    async def picture(self, content: Content = "rgb") -> Picture:
+        """A picture with its step and time."""
+        return await self._cell._run(cameras.get_picture(self.name, content))
+
+    async def stream(
+        self, content: Content = "rgb", hz: float | None = None
+    ) -> AsyncIterator[Picture]:
+        """Pictures at `hz` per second of wall time, at most 60, or at the camera's rate, until the loop
+        ends. A slow reader misses some and gets the latest. A paused cell repeats its picture."""
+        request = cameras.stream_request(self.name, content, hz)
+        async with contextlib.aclosing(
+            self._cell._stream("Camera", "StreamImages", request)
+        ) as answers:
+            async for answer in answers:
+                yield cameras.picture_of(answer.image, content)
+
+
 class Cell(Channel):
     """As `aprsim.Cell`, for the event loop that it was connected in."""
 
@@ -393,6 +447,14 @@ class Cell(Channel):
         ) as answers:
             async for answer in answers:
                 yield event(answer.event, answer.lost)
+
+    async def cameras(self) -> list[Camera]:
+        """The cameras of the scene that the daemon has begun with."""
+        return [Camera(self, camera) for camera in await self._run(cameras.list_cameras())]
+
+    async def camera(self, name: str) -> Camera:
+        """A camera, whose pictures are numpy arrays. AprsimError with the names there are."""
+        return Camera(self, cameras.camera_named(await self._run(cameras.list_cameras()), name))
 
     async def pause(self) -> Receipt:
         """Stop stepping."""

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from .v1 import cell_pb2, faults_pb2, snapshot_pb2
 
 T = TypeVar("T")
-Service = Literal["Control", "Telemetry", "History", "Journal", "Trajectory"]
+Service = Literal["Camera", "Control", "Telemetry", "History", "Journal", "Trajectory"]
 
 _TIMEOUT_S = 60.0  # generous for a busy machine; a missing daemon is an error at once
 _STEP_S = 0.01  # allowance for one step

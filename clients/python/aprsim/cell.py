@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any, Iterator, Mapping, Sequence, TypeVar
 
 import grpc
 
-from . import arguments, calls, faults, trajectories
+from . import arguments, calls, cameras, faults, trajectories
 from .calls import Bookmark, HistorySpan, Receipt, Run, SavedState
+from .cameras import Camera
 from .channel import Channel
 from .endpoints import Endpoints, find_endpoints
 from .errors import AprsimError, TimedOut
@@ -131,6 +132,18 @@ class Cell(Channel):
         request = calls.events_request(after, kinds, names, allow_gap, past_only)
         for answer in self._stream("Telemetry", "StreamEvents", request):
             yield event(answer.event, answer.lost)
+
+    def cameras(self) -> list[Camera]:
+        """The cameras of the scene that the daemon has begun with."""
+        return [
+            Camera(camera, self._run, self._stream) for camera in self._run(cameras.list_cameras())
+        ]
+
+    def camera(self, name: str) -> Camera:
+        """A camera, whose pictures are numpy arrays: `cell.camera("fanuc_table").rgb()`. AprsimError
+        with the names there are."""
+        description = cameras.camera_named(self._run(cameras.list_cameras()), name)
+        return Camera(description, self._run, self._stream)
 
     # -- time ---------------------------------------------------------------------------------
 

@@ -13,6 +13,7 @@ from .errors import AprsimError, Unreachable
 from .hosts import is_this_machine, with_port
 from .snapshots import Snapshot
 from .v1 import (
+    camera_service_pb2_grpc,
     control_service_pb2_grpc,
     history_service_pb2_grpc,
     journal_service_pb2_grpc,
@@ -40,6 +41,7 @@ class Channel:
         )
         self._metadata = calls.metadata_of(endpoints)
         self._stubs: dict[calls.Service, Any] = {
+            "Camera": camera_service_pb2_grpc.CameraServiceStub(self._channel),
             "Control": control_service_pb2_grpc.ControlServiceStub(self._channel),
             "History": history_service_pb2_grpc.HistoryServiceStub(self._channel),
             "Journal": journal_service_pb2_grpc.JournalServiceStub(self._channel),

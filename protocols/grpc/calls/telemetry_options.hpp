@@ -8,6 +8,7 @@
 
 #include "protocols/grpc/calls/transfer_limits.hpp"
 #include "protocols/net/listener_options.hpp"
+#include "protocols/ports/camera_pictures.hpp"
 #include "protocols/ports/incident_source.hpp"
 #include "protocols/ports/robot_port.hpp"
 #include "protocols/ports/state_files.hpp"
@@ -32,7 +33,10 @@ struct TelemetryOptions {
   std::size_t max_memory_bytes = std::size_t{64} << 20;  ///< of gRPC's own buffers
   /// Limit of all messages that clients have not read; see UnreadAnswers.
   std::size_t max_unread_bytes = std::size_t{16} << 20;
+  /// The same limit of pictures, whose messages are larger.
+  std::size_t max_unread_image_bytes = std::size_t{64} << 20;
   int max_event_streams = 32;                       ///< at once; more get RESOURCE_EXHAUSTED
+  int max_image_streams = 16;                       ///< at once; more get RESOURCE_EXHAUSTED
   std::chrono::milliseconds command_timeout{2000};  ///< for calls that carry no deadline
   std::chrono::milliseconds write_timeout{10000};   ///< a call stuck in one write ends
   api::History* history = nullptr;                  ///< null = no history; outlives the server
@@ -41,6 +45,7 @@ struct TelemetryOptions {
   api::SnapshotFeed* feed = nullptr;                ///< of every step; null = no such streams
   const api::EventSource* events = nullptr;         ///< of the cell; null = no such streams
   std::vector<protocols::RobotPort*> robots = {};   ///< outlive the server
+  protocols::CameraPictures* cameras = nullptr;     ///< null = none; outlives the server
   std::string instance_id;  ///< names this process to clients; empty = random
   protocols::IncidentSource* incidents = nullptr;  ///< null = there are none; outlives the server
 };

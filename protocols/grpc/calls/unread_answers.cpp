@@ -49,22 +49,25 @@ class Holding final : public grpc::experimental::Interceptor {
 
 class HoldingFactory final : public grpc::experimental::ServerInterceptorFactoryInterface {
  public:
-  explicit HoldingFactory(UnreadAnswers& answers) : answers_(answers) {}
+  HoldingFactory(UnreadAnswers& answers, std::function<bool(std::string_view)> counts)
+      : answers_(answers), counts_(std::move(counts)) {}
   grpc::experimental::Interceptor* CreateServerInterceptor(
       grpc::experimental::ServerRpcInfo* info) override {
-    // gRPC takes it over.
-    return new Holding(answers_, *info->server_context());
+    const std::string_view method(info->method() == nullptr ? "" : info->method());
+    // gRPC takes it over; null = none for this call.
+    return counts_(method) ? new Holding(answers_, *info->server_context()) : nullptr;
   }
 
  private:
   UnreadAnswers& answers_;
+  const std::function<bool(std::string_view)> counts_;
 };
 
 }  // namespace
 
-std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>
-UnreadAnswers::interceptor() {
-  return std::make_unique<HoldingFactory>(*this);
+std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface> UnreadAnswers::interceptor(
+    std::function<bool(std::string_view method)> counts) {
+  return std::make_unique<HoldingFactory>(*this, std::move(counts));
 }
 
 std::uint64_t UnreadAnswers::add(std::function<void()> cancel, std::size_t bytes) {

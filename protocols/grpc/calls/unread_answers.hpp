@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <string_view>
 
 #include <grpcpp/support/server_interceptor.h>
 
@@ -27,9 +28,9 @@ class UnreadAnswers {
       : max_bytes_(max_bytes), timeout_(timeout) {}
 
   /// For ServerBuilder::experimental().SetInterceptorCreators(), before all others: their objects
-  /// must outlive its own. It outlives the server.
-  [[nodiscard]] std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>
-  interceptor();
+  /// must outlive its own. It outlives the server. Counts the calls whose method `counts` names.
+  [[nodiscard]] std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface> interceptor(
+      std::function<bool(std::string_view method)> counts);
 
   /// Cancels the calls whose message has waited for the timeout.
   void cancel_stuck(Clock::time_point now);

@@ -300,7 +300,8 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
   void take_picture(const Request& request, std::string_view query) {
     const auto camera = camera_of(query);
     if (!camera) {
-      return refuse(http::status::not_found, "no such camera; expected /camera?name=NAME", false);
+      return refuse(http::status::not_found, "no such camera; expected /camera?name=NAME",
+                    !request.keep_alive());
     }
     // Another thread answers. Tracked work keeps the server's thread running until then.
     auto executor = boost::asio::prefer(stream_.get_executor(),

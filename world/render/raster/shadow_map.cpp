@@ -20,6 +20,8 @@ constexpr int kBlocks = kSize / kBlock, kReach = static_cast<int>(kMaxPenumbra_p
 static_assert(kReach * kBlock >= kMaxPenumbra_px && TileGrid::kWidth % kBlock == 0 &&
               TileGrid::kHeight % kBlock == 0 && kSize % TileGrid::kWidth == 0);
 
+static_assert(ShadowMap::kBytes >= sizeof(float) * kSize * kSize);
+
 using Taps = std::array<std::array<Eigen::Vector2f, kTaps>, kPatterns>;
 
 /// Points spread evenly over the unit disc (Vogel 1979), in several turns.

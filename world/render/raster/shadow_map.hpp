@@ -30,6 +30,9 @@ class ShadowMap {
     float u_min = 1e9F, u_max = -1e9F, v_min = 1e9F, v_max = -1e9F;
   };
 
+  /// Memory of its depths.
+  static constexpr std::uint64_t kBytes = std::uint64_t{10} << 20U;
+
   /// The map covers `lit`.
   ShadowMap(const Lamp& lamp, const std::vector<Eigen::Vector3d>& lit);
 

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import arguments, crcl
+from ..cameras import Camera
 from ..cell import Cell
 from ..daemon import Daemon
 from ..errors import AprsimError, BadArgument, Refused, RobotError, TimedOut, Unreachable
@@ -50,6 +51,7 @@ class CellEnv(Env):
     process. A cell that is given is paused and belongs to the environment until `close`. Errors are
     those of the cell, and BadArgument. Thread: one."""
 
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 10}
     observation_names = OBSERVATION_NAMES
     _opened = True  # the last command to the gripper
     _is_ready = False  # an episode has begun
@@ -64,11 +66,17 @@ class CellEnv(Env):
         scene: str = "aprs",
         reach_m: float = 0.62,
         max_steps: int = 200,
+        render_mode: str | None = None,
+        camera: str | None = None,
     ) -> None:
         """`scene` is for a daemon of its own. The task uses gears and slots within `reach_m` of the
-        robot's base. An episode is truncated after `max_steps`."""
+        robot's base. An episode is truncated after `max_steps`. `render_mode` may be "rgb_array", for
+        pictures by `camera`; by default the one over the robot, else the first of the scene."""
         reach_m = arguments.number("reach_m", reach_m, "m", above=0)
         max_steps = arguments.whole("max_steps", max_steps, 1, 1 << 62)
+        if render_mode not in (None, "rgb_array"):
+            raise arguments.wrong("render_mode", render_mode, 'None or "rgb_array"')
+        self.render_mode = render_mode
         self._kept: list[str] = []
         self._owned = cell is None
         self._daemon = None if cell is not None else Daemon(scene=scene, speed="stepped")
@@ -84,6 +92,7 @@ class CellEnv(Env):
             low = np.array([-2.0] * 6 + [-math.pi, 0.0, 0.0, 0.0])
             high = np.array([2.0] * 6 + [math.pi, 0.2, 1.0, 1.0])
             self.observation_space = Box(low, high)
+            self._camera = self._choose_camera(camera) if render_mode else None
             self._begin()
         except BaseException:
             self.close()
@@ -145,6 +154,11 @@ class CellEnv(Env):
         info["is_success"] = done
         return self._observation(), float(reward), terminated, truncated, info
 
+    def render(self) -> npt.NDArray[np.uint8] | None:
+        """A picture of the cell, (height, width, 3), with `render_mode="rgb_array"`; else None."""
+        self._check_open("render")
+        return self._camera.rgb() if self._camera else None
+
     def close(self) -> None:
         """Delete the saved states; end the daemon if it is the environment's own."""
         self._is_closed = True
@@ -159,6 +173,15 @@ class CellEnv(Env):
         if self._daemon is not None:
             self._daemon.close()
             self._daemon = None
+
+    def _choose_camera(self, name: str | None) -> Camera:
+        if name is not None:
+            return self.cell.camera(name)
+        cameras = self.cell.cameras()
+        if not cameras:
+            raise AprsimError(f"the scene '{self.cell.description.scene}' has no camera")
+        over = [camera for camera in cameras if camera.description.robot == self.robot.name]
+        return (over or cameras)[0]
 
     def _check_open(self, method: str) -> None:
         if self._is_closed:

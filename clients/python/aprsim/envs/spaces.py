@@ -63,7 +63,7 @@ class OwnEnv:
         """This environment."""
         return self
 
-    def render(self) -> None:
+    def render(self) -> Any:
         """Draw nothing: the cell's web page shows the cell."""
 
     def close(self) -> None:

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/eventually.hpp"
+#include "tests/support/numbered_pictures.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/tcp_socket.hpp"
 
@@ -20,42 +21,13 @@ using namespace std::chrono_literals;
 using test::eventually;
 using test::TcpSocket;
 
-/// Numbered pictures with a body of this size, from a thread of its own as a studio has.
-class NumberedPictures final : public protocols::CameraPictures {
- public:
-  explicit NumberedPictures(double rate_hz, std::size_t bytes = 20)
-      : cameras_{{.name = "table", .width = 4, .height = 4, .rate_hz = rate_hz}}, bytes_(bytes) {}
-
-  [[nodiscard]] const std::vector<protocols::CameraInfo>& cameras() const override {
-    return cameras_;
-  }
-  void take_picture(std::size_t, protocols::PictureForm, Done done) override {
-    const std::lock_guard lock(mutex_);
-    threads_.emplace_back([this, done = std::move(done), number = ++taken] {
-      if (fails) {
-        return done(fail(ErrorCode::kUnavailable, "camera", "the cell cannot be rendered"));
-      }
-      std::string text = "picture " + std::to_string(number) + " ";
-      text.resize(std::max(bytes_, text.size()), '.');
-      done(protocols::CameraPicture{.step = number,
-                                    .bytes = std::make_shared<const std::string>(text)});
-    });
-  }
-
-  std::atomic<std::uint64_t> taken{0};
-  std::atomic<bool> fails{false};
-
- private:
-  std::vector<protocols::CameraInfo> cameras_;
-  std::size_t bytes_;
-  std::mutex mutex_;
-  std::vector<std::jthread> threads_;
-};
-
 class CameraServerTest : public testing::Test {
  protected:
   std::uint16_t start(double rate_hz, std::size_t bytes = 20) {
-    pictures.emplace(rate_hz, bytes);
+    pictures.emplace(
+        std::vector<protocols::CameraInfo>{
+            {.name = "table", .width = 4, .height = 4, .rate_hz = rate_hz}},
+        bytes);
     options.listener.port = 0;
     server.emplace(options, *pictures);
     return server->start().value();
@@ -73,7 +45,7 @@ class CameraServerTest : public testing::Test {
   }
 
   CameraServerOptions options;
-  std::optional<NumberedPictures> pictures;
+  std::optional<test::NumberedPictures> pictures;
   std::optional<CameraServer> server;
 };
 

@@ -122,7 +122,7 @@ TEST_F(CellPicture, SegmentsAreThoseOfIndependentRays) {
   const RayCaster rays(placements);
   std::mt19937 random(1);
   std::set<std::uint16_t> seen;
-  for (int i = 0; i < 20000; ++i) {
+  for (int i = 0; i < 100000; ++i) {
     const int x = static_cast<int>(random() % 960), y = static_cast<int>(random() % 540);
     const Eigen::Vector2d d = *camera_.lens.direction({x, y});
     const auto hits = rays.cast(camera_.X_WC.p, camera_.X_WC.q * Eigen::Vector3d(d.x(), d.y(), 1));
