@@ -128,6 +128,13 @@ void expect_demo(const std::string& scene, const std::string& robot) {
   const auto demo = run_process({std::string(APRSIM_BIN_DIR) + "/aprsim", "--ports-file",
                                  daemon.ports_file(), "demo", "--robot", robot},
                                 std::chrono::seconds(100));
+  if (scene == "aprs_2025" && robot == "motoman") {
+    // As recorded, the kit beside it is full, and the others are beyond its reach.
+    EXPECT_EQ(demo.exit_code, 1);
+    EXPECT_NE(demo.err.find("reaches no gear that is left in a part tray"), std::string::npos)
+        << demo.out << demo.err;
+    return;
+  }
   ASSERT_EQ(demo.exit_code, 0) << demo.out << demo.err;
   const auto cell = client.cell();
   const auto end = client.wait_for(

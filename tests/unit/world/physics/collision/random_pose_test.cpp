@@ -1,7 +1,9 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <functional>
+#include <ostream>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -132,6 +134,9 @@ std::vector<Contact> on_tray(const scene::GearType& g, const scene::TrayType& t,
 }
 
 enum class GearAndTray { kConical, kCylindrical, kWedge };
+void PrintTo(GearAndTray kind, std::ostream* out) {
+  *out << std::array{"Conical", "Cylindrical", "Wedge"}.at(static_cast<std::size_t>(kind));
+}
 
 class RandomPose : public testing::TestWithParam<GearAndTray> {
  protected:
@@ -149,10 +154,7 @@ class RandomPose : public testing::TestWithParam<GearAndTray> {
 INSTANTIATE_TEST_SUITE_P(Kinds, RandomPose,
                          testing::Values(GearAndTray::kConical, GearAndTray::kCylindrical,
                                          GearAndTray::kWedge),
-                         [](const auto& kind) -> std::string {
-                           if (kind.param == GearAndTray::kWedge) return "Wedge";
-                           return kind.param == GearAndTray::kConical ? "Conical" : "Cylindrical";
-                         });
+                         testing::PrintToStringParamName());
 
 TEST_P(RandomPose, NearTheSeat) {
   const scene::GearType g = gear();
