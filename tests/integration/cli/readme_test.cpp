@@ -124,6 +124,7 @@ constexpr TestedElsewhere kTestedElsewhere[] = {
     {"aprsimd --scene workbench.yaml", "tests/integration/cli/readme_test.cpp", "kDaemon"},
     {"clients/kitting/kitting", "tests/integration/kitting/test_cell.py", "whole jobs"},
     {"python3 -m venv", "tests/integration/python/test_install.py", "python3 -m venv"},
+    {"python3 -m clients.vision", "tests/integration/vision/test_wires.py", "--write-ports="},
     {"build/venv/bin/pip", "tests/integration/python/test_install.py", "build/venv/bin/pip"},
     {"sbatch", "tests/cluster/test_slurm.py", "docker/slurm/batch.sbatch"},
     {"aprsim merge", "tests/integration/cli/batch_test.cpp", "\"merge\""},
