@@ -1,5 +1,6 @@
 #include "server/daemon.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <filesystem>

@@ -35,7 +35,7 @@
 #include "protocols/grpc/services/telemetry_service.hpp"
 #include "protocols/grpc/services/trajectory_service.hpp"
 #include "protocols/grpc/streams/event_stream.hpp"
-#include "protocols/grpc/streams/image_stream.hpp"
+#include "protocols/grpc/streams/image_hub.hpp"
 #include "protocols/grpc/streams/stream_hub.hpp"
 #include "protocols/net/limited_log.hpp"
 #include "protocols/net/tcp_service.hpp"

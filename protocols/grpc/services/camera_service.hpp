@@ -6,7 +6,7 @@
 
 #include "aprsim/v1/camera_service.grpc.pb.h"
 #include "protocols/grpc/calls/call_gate.hpp"
-#include "protocols/grpc/streams/image_stream.hpp"
+#include "protocols/grpc/streams/image_hub.hpp"
 #include "protocols/ports/camera_pictures.hpp"
 
 namespace aprsim::grpc_server {

@@ -21,7 +21,7 @@ grpc::Status server_stops() { return {grpc::StatusCode::UNAVAILABLE, "the server
 
 EventStream::EventStream(grpc::CallbackServerContext& context, EventHub& hub,
                          const api::EventSource& events, EventWish wish)
-    : context_(context),
+    : BoundedStream(context),
       hub_(hub),
       events_(events),
       wish_(std::move(wish)),
@@ -29,10 +29,10 @@ EventStream::EventStream(grpc::CallbackServerContext& context, EventHub& hub,
       until_(wish_.past_only ? events.after(0, 0).latest
                              : std::numeric_limits<std::uint64_t>::max()) {}
 
-void EventStream::poll() { poll(std::unique_lock(mutex_)); }
+void EventStream::poll() { next(lock()); }
 
-void EventStream::poll(std::unique_lock<std::mutex> lock) {
-  while (!writing_ && !finished_ && !ending_) {
+void EventStream::next(Lock lock) {
+  while (!is_writing() && !is_over()) {
     if (after_ >= until_) return finish(grpc::Status::OK);
     const api::EventSource::Batch batch = events_.after(after_, kEventsAtOnce);
     if (batch.events.empty()) return;
@@ -50,50 +50,13 @@ void EventStream::poll(std::unique_lock<std::mutex> lock) {
       response_.Clear();
       protocols::write_message(*event, *response_.mutable_event());
       response_.set_lost(std::exchange(lost_, 0));
-      writing_ = true;
-      write_started_ = steady_clock::now();
+      begin_write();
       lock.unlock();
       StartWrite(&response_);
       return;
     }
   }
 }
-
-void EventStream::cancel_if_stuck(steady_clock::time_point now,
-                                  std::chrono::milliseconds write_timeout) {
-  const std::lock_guard lock(mutex_);
-  if (finished_ || !writing_ || write_started_ == steady_clock::time_point{} ||
-      now - write_started_ < write_timeout) {
-    return;
-  }
-  context_.TryCancel();
-}
-
-void EventStream::finish(const grpc::Status& status) {
-  finished_ = true;
-  Finish(status);
-}
-
-void EventStream::end(const grpc::Status& status) {
-  const std::lock_guard lock(mutex_);
-  if (finished_ || ending_) return;
-  ending_ = true;
-  end_status_ = status;
-  // A message may be stuck; the beginning of the call is through in a moment.
-  if (!writing_) return finish(end_status_);
-  if (write_started_ != steady_clock::time_point{}) context_.TryCancel();
-}
-
-void EventStream::OnSendInitialMetadataDone(bool ok) { OnWriteDone(ok); }
-
-void EventStream::OnWriteDone(bool ok) {
-  std::unique_lock lock(mutex_);
-  writing_ = false;
-  if (!ok || ending_) return finish(ending_ ? end_status_ : grpc::Status::CANCELLED);
-  poll(std::move(lock));
-}
-
-void EventStream::OnCancel() { end(grpc::Status::CANCELLED); }
 
 void EventStream::OnDone() {
   hub_.remove(*this);

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include <grpcpp/server_context.h>
-#include <grpcpp/support/server_callback.h>
 
 #include "aprsim/v1/telemetry_service.pb.h"
+#include "protocols/grpc/streams/bounded_stream.hpp"
 #include "world/api/values/cell_event.hpp"
 
 namespace aprsim::grpc_server {
@@ -29,46 +29,29 @@ struct EventWish {
 
 /// One client's stream of events, with at most one write in flight. Its only state is its position
 /// in the log.
-class EventStream final : public grpc::ServerWriteReactor<v1::StreamEventsResponse> {
+class EventStream final : public BoundedStream<v1::StreamEventsResponse> {
  public:
   EventStream(grpc::CallbackServerContext& context, EventHub& hub, const api::EventSource& events,
               EventWish wish);
 
-  /// Sends the initial metadata. Call it first.
-  void begin() { StartSendInitialMetadata(); }
   /// Sends the next event that is wanted, if nothing is in flight. Thread: the hub's.
   void poll();
-  /// Cancels the call if one write has been in flight for longer than that. Thread: the hub's.
-  void cancel_if_stuck(std::chrono::steady_clock::time_point now,
-                       std::chrono::milliseconds write_timeout);
-  /// Ends the call with the status, at once if no write is in flight, else by cancelling it.
-  void end(const grpc::Status& status);
 
-  void OnSendInitialMetadataDone(bool ok) override;
-  void OnWriteDone(bool ok) override;
-  void OnCancel() override;
   void OnDone() override;
 
   /// Owned by the call: set right after construction, released in OnDone.
   std::shared_ptr<EventStream> self;
 
  private:
-  void poll(std::unique_lock<std::mutex> lock);
-  void finish(const grpc::Status& status);
+  void next(Lock lock) override;
 
-  grpc::CallbackServerContext& context_;
   EventHub& hub_;
   const api::EventSource& events_;
   const EventWish wish_;
 
   v1::StreamEventsResponse response_;
-  std::mutex mutex_;
-  bool writing_ = true;  // until the call has begun
-  bool finished_ = false, ending_ = false;
-  grpc::Status end_status_;
   std::uint64_t after_, until_;
   std::uint64_t lost_ = 0;
-  std::chrono::steady_clock::time_point write_started_;
 };
 
 /// The streams of events, woken by a thread when there are new ones.

@@ -29,12 +29,12 @@ const api::StreamEnd* end_of(const api::MotionSnapshot& motion, api::Ticket stre
 
 TrajectoryStream::TrajectoryStream(grpc::CallbackServerContext& context, TrajectoryHub& hub,
                                    const api::SnapshotSource& source, SubmittedGoal goal)
-    : context_(context), hub_(hub), source_(source), goal_(std::move(goal)) {}
+    : BoundedStream(context), hub_(hub), source_(source), goal_(std::move(goal)) {}
 
-void TrajectoryStream::look(const api::Snapshot& snapshot) { look(snapshot, Lock(mutex_)); }
+void TrajectoryStream::look(const api::Snapshot& snapshot) { look(snapshot, lock()); }
 
 void TrajectoryStream::look(const api::Snapshot& snapshot, Lock lock) {
-  if (writing_ || finished_ || ending_) return;
+  if (is_writing() || is_over()) return;
   if (over_) return finish(grpc::Status::OK);
   if (snapshot.applied < goal_.ticket) return;
   const auto robot = static_cast<std::size_t>(goal_.robot);
@@ -92,52 +92,18 @@ void TrajectoryStream::write_feedback(const api::Snapshot& snapshot,
 }
 
 void TrajectoryStream::write(Lock lock) {
-  writing_ = true;
-  write_started_ = steady_clock::now();
+  begin_write();
   lock.unlock();
   StartWrite(&response_);
 }
 
-void TrajectoryStream::cancel_if_stuck(steady_clock::time_point now,
-                                       std::chrono::milliseconds write_timeout) {
-  const std::lock_guard lock(mutex_);
-  if (finished_ || !writing_ || write_started_ == steady_clock::time_point{} ||
-      now - write_started_ < write_timeout) {
-    return;
-  }
-  context_.TryCancel();
-}
-
-void TrajectoryStream::finish(const grpc::Status& status) {
-  finished_ = true;
-  // The client has gone, or the server goes: the robot stops.
+/// The client has gone, or the server goes: the robot stops.
+void TrajectoryStream::stop() {
   if (!over_) goal_.cancel();
   over_ = true;
-  Finish(status);
 }
 
-void TrajectoryStream::end(const grpc::Status& status) {
-  const std::lock_guard lock(mutex_);
-  if (finished_ || ending_) return;
-  ending_ = true;
-  end_status_ = status;
-  // A message may be stuck; the beginning of the call is through in a moment.
-  if (!writing_) return finish(end_status_);
-  if (!over_) goal_.cancel();
-  over_ = true;
-  if (write_started_ != steady_clock::time_point{}) context_.TryCancel();
-}
-
-void TrajectoryStream::OnSendInitialMetadataDone(bool ok) { OnWriteDone(ok); }
-
-void TrajectoryStream::OnWriteDone(bool ok) {
-  Lock lock(mutex_);
-  writing_ = false;
-  if (!ok || ending_) return finish(ending_ ? end_status_ : grpc::Status::CANCELLED);
-  look(*source_.latest(), std::move(lock));
-}
-
-void TrajectoryStream::OnCancel() { end(grpc::Status::CANCELLED); }
+void TrajectoryStream::next(Lock lock) { look(*source_.latest(), std::move(lock)); }
 
 void TrajectoryStream::OnDone() {
   hub_.remove(*this);

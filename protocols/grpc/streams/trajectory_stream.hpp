@@ -11,9 +11,9 @@
 #include <vector>
 
 #include <grpcpp/server_context.h>
-#include <grpcpp/support/server_callback.h>
 
 #include "aprsim/v1/trajectory_service.pb.h"
+#include "protocols/grpc/streams/bounded_stream.hpp"
 #include "world/api/ports/ports.hpp"
 
 namespace aprsim::grpc_server {
@@ -32,49 +32,35 @@ struct SubmittedGoal {
 
 /// One client's goal: acceptance, feedback and result, with at most one write in flight. A slow
 /// reader misses feedback, never the result. The end of the call in mid-motion cancels the goal.
-class TrajectoryStream final : public grpc::ServerWriteReactor<v1::FollowJointTrajectoryResponse> {
+class TrajectoryStream final : public BoundedStream<v1::FollowJointTrajectoryResponse> {
  public:
   TrajectoryStream(grpc::CallbackServerContext& context, TrajectoryHub& hub,
                    const api::SnapshotSource& source, SubmittedGoal goal);
 
-  /// Sends the initial metadata. Call it first.
-  void begin() { StartSendInitialMetadata(); }
   /// Sends what a snapshot has for the goal, if nothing is in flight. Thread: the hub's.
   void look(const api::Snapshot& snapshot);
-  /// Cancels the call if one write has been in flight for longer than that. Thread: the hub's.
-  void cancel_if_stuck(std::chrono::steady_clock::time_point now,
-                       std::chrono::milliseconds write_timeout);
-  /// Cancels the goal and ends the call with the status, at once if no write is in flight.
-  void end(const grpc::Status& status);
 
-  void OnSendInitialMetadataDone(bool ok) override;
-  void OnWriteDone(bool ok) override;
-  void OnCancel() override;
   void OnDone() override;
 
   /// Owned by the call: set right after construction, released in OnDone.
   std::shared_ptr<TrajectoryStream> self;
 
  private:
-  using Lock = std::unique_lock<std::mutex>;
+  void next(Lock lock) override;
+  void stop() override;
   void look(const api::Snapshot& snapshot, Lock lock);
   void await_acceptance(const api::Snapshot& snapshot, Lock lock);
   void write(Lock lock);
   void write_feedback(const api::Snapshot& snapshot, const api::RobotSnapshot& robot, Lock lock);
-  void finish(const grpc::Status& status);
 
-  grpc::CallbackServerContext& context_;
   TrajectoryHub& hub_;
   const api::SnapshotSource& source_;
   const SubmittedGoal goal_;
 
   v1::FollowJointTrajectoryResponse response_;
-  std::mutex mutex_;
-  bool writing_ = true;  // until the call has begun
-  bool accepted_ = false, over_ = false, finished_ = false, ending_ = false;
-  grpc::Status end_status_;
+  bool accepted_ = false;
+  bool over_ = false;  // the goal
   SimTime next_feedback_{};
-  std::chrono::steady_clock::time_point write_started_;
 };
 
 /// The goals under way, looked at by a thread with every snapshot.
