@@ -91,8 +91,6 @@ class TrayTests:
         cls.daemon = Daemon(scene=str(scene), speed="stepped", start_s=60 * PATIENCE)
         cls.addClassCleanup(cls.daemon.close)
         cls.ports = json.loads(cls.daemon.ports_file.read_text())
-        if not any(name.startswith("camera.") for name in cls.ports):
-            raise unittest.SkipTest("this daemon has no cameras")
         cls.cell = Cell.connect(cls.daemon.ports_file)
         cls.addClassCleanup(cls.cell.close)
 

@@ -17,9 +17,8 @@ constexpr Stiffness kHard = {0.2, 1e-6};
 constexpr Stiffness kArm = {0.45, 4.5e-3};
 
 // Velocity per force of sticking friction [m/s per N]. Several contacts hold a part more often than
-// needed: where their displacements disagree, friction shares the load. It is far stiffer than any
-// surface of 1 mm, but no stiffer than fingers on their rails: else some contacts of a pad would
-// reach their cones while others bear nothing.
+// needed: where their displacements disagree, friction shares the load. If friction were stiffer
+// than fingers on their rails, some contacts of a pad would reach their cones alone.
 constexpr double kFrictionCompliance = 5e-8;
 
 constexpr double kMostCorrecting = 0.5;  // [m/s], at which penetration ends
