@@ -16,6 +16,7 @@ using Eigen::Vector3d;
 constexpr double kCreepCorrection = 0.1;  // share that a step undoes
 constexpr double kMaxOmegaGain = 5;       // [rad/s] in a step; a greater one is an impact's
 constexpr double kWorkMargin = 1e-9;      // of the work of an impact, that its contacts may not do
+constexpr double kDeep = 1e-4;            // [m]
 constexpr double kShareResolution = 1e-10;  // of rebounds
 constexpr double kConeRounding = 1e-6;      // relative distance of sliding friction from its cone
 /// [rad] of a step. Bodies that turn less move as at the start of the step, to rounding.
@@ -86,7 +87,7 @@ void ConstraintSystem::begin(const EngineStep& step) {
   parameters_.relaxed_tolerance_m_s = step.residual_m_s;
   forces_.clear();
   contacts_.clear();
-  rebounds_ = false;
+  may_make_energy_ = false;
   last_pair_.sides = {};
   problem_.clear();
 }
@@ -256,7 +257,9 @@ void ConstraintSystem::add_contact(RigidBody* a, RigidBody* b, ContactConstraint
   contact.target_v_W =
       response.target_v_W - contact.drift_v_W - kCreepCorrection / step_s_ * constraint.creep_W;
   contact.rebound_m_s = response.rebound_m_s;
-  rebounds_ = rebounds_ || response.rebound_m_s > 0;
+  // Where a body is far inside another one, corrections may contradict each other.
+  const bool deep = constraint.contact.depth_m > kDeep && !setting.arm_link;
+  may_make_energy_ = may_make_energy_ || response.rebound_m_s > 0 || deep;
   problem_.add_contact(
       {.a = sides.a,
        .b = sides.b,
@@ -355,7 +358,7 @@ bool ConstraintSystem::correct_targets() {
 /// corrections) are then reduced to where the contacts do no work.
 ContactSolver::Outcome ConstraintSystem::solve() {
   auto outcome = solver_.solve(problem_, parameters_);
-  if (!rebounds_) return outcome;
+  if (!may_make_energy_) return outcome;
   constexpr int kMaxSearchSteps = 12;
   const auto excess = [this] {
     const Work work = contact_work();

@@ -131,9 +131,9 @@ class ConstraintSystem final : public Engine {
   std::vector<Member> members_;  // by number, until the system is solved
   std::vector<JointForce*> forces_;
   std::vector<Contact> contacts_;
-  bool rebounds_ = false;  // of any contact
-  bool spins_ = false;     // any body
-  PairMotion last_pair_;   // contacts of a pair follow each other
+  bool may_make_energy_ = false;  // rebounds or deep contacts
+  bool spins_ = false;            // any body
+  PairMotion last_pair_;          // contacts of a pair follow each other
 };
 
 }  // namespace aprsim::physics
