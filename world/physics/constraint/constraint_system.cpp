@@ -54,12 +54,6 @@ Matrix3d arc_matrix(const Vector3d& omega, double step_s) {
   return out;
 }
 
-Matrix3d cross_matrix(const Vector3d& v) {
-  Matrix3d out;
-  out << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return out;
-}
-
 /// The rotation that two bodies have in common: the least between theirs.
 Vector3d common(const Vector3d& omega_a, const Vector3d& omega_b) {
   const Vector3d between = omega_b - omega_a;
@@ -88,7 +82,8 @@ void ConstraintSystem::begin(const EngineStep& step) {
   forces_.clear();
   contacts_.clear();
   may_make_energy_ = false;
-  last_pair_.sides = {};
+  last_bodies_ = {};
+  last_drift_.sides = {};
   problem_.clear();
 }
 
@@ -150,6 +145,14 @@ int ConstraintSystem::index_of(RigidBody* body) {
   return body->system_index();
 }
 
+ConstraintSystem::Sides ConstraintSystem::sides_of(RigidBody* a, RigidBody* b) {
+  if (last_bodies_.a == nullptr || last_bodies_.a != a || last_bodies_.b != b) {
+    const int number_a = index_of(a);
+    last_bodies_ = {a, b, {number_a, index_of(b)}};
+  }
+  return last_bodies_.sides;
+}
+
 ContactProblem::Side ConstraintSystem::side(const RowSide& side) {
   return {index_of(side.body), side.linear, side.angular};
 }
@@ -180,40 +183,68 @@ void ConstraintSystem::add_joint_row(const RowSide& a, const RowSide& b, double 
   add_row(a, b, target_m_s, compliance, -ContactProblem::kNoBound, ContactProblem::kNoBound, force);
 }
 
-const ConstraintSystem::PairMotion& ConstraintSystem::motion_of(const Contact& contact) {
-  PairMotion& pair = last_pair_;
+const ConstraintSystem::PairDrift& ConstraintSystem::pair_drift(const Contact& contact) {
+  PairDrift& pair = last_drift_;
   if (pair.sides == contact.sides) return pair;
-  pair = {.sides = contact.sides, .origin_W = contact.constraint->contact.p_W};
-  for (Vector3d* v : {&pair.velocity_W, &pair.gain_W, &pair.arc_W, &pair.mean_omega_W})
+  pair.sides = contact.sides;
+  pair.origin_W = contact.constraint->contact.p_W;
+  for (Vector3d* v : {&pair.gain_W, &pair.omega_gain_W, &pair.arc_W, &pair.common_arc_W}) {
     v->setZero();
-  for (auto* m : {&pair.velocity_gradient, &pair.gain_gradient, &pair.arc_gradient}) m->setZero();
-  std::array<Vector3d, 2> com_W, omega_W;
+  }
+  pair.arc_gradient.setZero();
+  std::array<const Member*, 2> turning{};
   const auto add = [&](std::size_t side, int number, double sign) {
     if (number == ContactProblem::kFixed) return;
     const Member& member = members_[static_cast<std::size_t>(number)];
-    com_W[side] = member.body->p_W();
-    omega_W[side] = member.mean_omega_W;
-    const Vector3d lever = pair.origin_W - com_W[side];
-    pair.velocity_W += sign * (problem_.twist(number).v + omega_W[side].cross(lever));
-    pair.velocity_gradient += sign * cross_matrix(omega_W[side]);
     if (!member.turns) return;
-    ++pair.turning;
-    const Vector3d gain = omega_W[side] - member.omega_W;
-    pair.gain_W += sign * gain.cross(lever);
-    pair.gain_gradient += sign * cross_matrix(gain);
-    const Vector3d arc = member.arc_W * lever;
-    pair.arc_W += sign * arc;
+    turning[side] = &member;
+    const Vector3d lever = sign * (pair.origin_W - member.body->p_W());
+    const Vector3d gain = member.mean_omega_W - member.omega_W;
+    pair.gain_W += gain.cross(lever);
+    pair.omega_gain_W += sign * gain;
+    pair.arc_W += member.arc_W * lever;
     pair.arc_gradient += sign * member.arc_W;
-    pair.velocity_W += sign * arc;
-    pair.velocity_gradient += sign * member.arc_W;
-    pair.mean_omega_W += 0.5 * omega_W[side];
   };
   add(0, contact.sides.a, 1);
   add(1, contact.sides.b, -1);
-  if (pair.turning == 2) {
-    pair.common_arc_W = arc_matrix(common(omega_W[0], omega_W[1]), step_s_) * (com_W[1] - com_W[0]);
+  const auto [a, b] = turning;
+  if (a != nullptr && b != nullptr) {
+    pair.common_arc_W = arc_matrix(common(a->mean_omega_W, b->mean_omega_W), step_s_) *
+                        (b->body->p_W() - a->body->p_W());
   }
   return pair;
+}
+
+const ConstraintSystem::PairVelocity& ConstraintSystem::pair_velocity(const Contact& contact) {
+  PairVelocity& pair = last_velocity_;
+  if (pair.sides == contact.sides) return pair;
+  pair.sides = contact.sides;
+  pair.origin_W = contact.constraint->contact.p_W;
+  for (Vector3d* v : {&pair.v_W, &pair.omega_W, &pair.mean_omega_W}) v->setZero();
+  pair.has_arcs = turns(contact.sides);
+  if (pair.has_arcs) pair.arc_gradient.setZero();
+  const auto add = [&](int number, double sign) {
+    if (number == ContactProblem::kFixed) return;
+    const Member& member = members_[static_cast<std::size_t>(number)];
+    const Vector3d lever = pair.origin_W - member.body->p_W();
+    Vector3d v = problem_.twist(number).v + member.mean_omega_W.cross(lever);
+    if (member.turns) {
+      v += member.arc_W * lever;
+      pair.arc_gradient += sign * member.arc_W;
+      pair.mean_omega_W += 0.5 * member.mean_omega_W;
+    }
+    pair.v_W += sign * v;
+    pair.omega_W += sign * member.mean_omega_W;
+  };
+  add(contact.sides.a, 1);
+  add(contact.sides.b, -1);
+  return pair;
+}
+
+Vector3d ConstraintSystem::PairVelocity::at(const Vector3d& p_W) const {
+  const Vector3d from = p_W - origin_W;
+  const Vector3d v = v_W + omega_W.cross(from);
+  return has_arcs ? v + arc_gradient * from : v;
 }
 
 /// The solver finds the velocities that the impulses leave at the start of the step. A free body's
@@ -221,10 +252,10 @@ const ConstraintSystem::PairMotion& ConstraintSystem::motion_of(const Contact& c
 /// although these velocities agree.
 Vector3d ConstraintSystem::drift_of(const Contact& contact) {
   if (!turns(contact.sides)) return Vector3d::Zero();
-  const PairMotion& pair = motion_of(contact);
+  const PairDrift& pair = pair_drift(contact);
   const Vector3d &p = contact.constraint->contact.p_W, &n = contact.constraint->contact.n_W;
   const Vector3d from = p - pair.origin_W;
-  const Vector3d gain = pair.gain_W + pair.gain_gradient * from;
+  const Vector3d gain = pair.gain_W + pair.omega_gain_W.cross(from);
   const Vector3d arc = pair.arc_W + pair.arc_gradient * from;
   if (contact.constraint->contact.carried) return gain + arc;
   // Where a round surface rolls on, the point that touched leaves along the normal. Surfaces that
@@ -239,8 +270,7 @@ void ConstraintSystem::add_joint(const RodJoint& joint) { add_rows(joint, *this)
 
 void ConstraintSystem::add_contact(RigidBody* a, RigidBody* b, ContactConstraint& constraint,
                                    const ContactSetting& setting) {
-  const int number_a = index_of(a);
-  const Sides sides{number_a, index_of(b)};
+  const Sides sides = sides_of(a, b);
   const ContactResponse response = contact_response(constraint, setting);
   constraint.impact_m2_s2 = response.unanswered_m2_s2;
   const Vector3d& n = constraint.contact.n_W;
@@ -311,7 +341,7 @@ EngineOutcome ConstraintSystem::advance() {
 }
 
 void ConstraintSystem::take_solved_rotations() {
-  last_pair_.sides = {};
+  last_drift_.sides = last_velocity_.sides = {};
   spins_ = false;
   for (std::size_t i = 0; i < members_.size(); ++i) {
     Member& member = members_[i];
@@ -441,15 +471,15 @@ void ConstraintSystem::update_creep(const Contact& contact, const Vector3d& impu
   if (normal_ns <= 0) return;
   const Vector3d friction_ns = impulse_ns - normal_ns * n;
   const double most_ns = (1 - kConeRounding) * constraint.friction * normal_ns;
-  const PairMotion& pair = motion_of(contact);
+  const PairVelocity& pair = pair_velocity(contact);
   if (friction_ns.squaredNorm() >= most_ns * most_ns) {
     // A sliding contact is stretched as far as its friction stretches it.
     constraint.creep_W = -step_s_ / kCreepCorrection * contact.compliance_m_s_ns * friction_ns;
   } else {
-    const Vector3d velocity = pair.velocity_W + pair.velocity_gradient * (p - pair.origin_W);
-    constraint.creep_W += step_s_ * tangential(velocity - contact.surface_v_W, n);
+    constraint.creep_W += step_s_ * tangential(pair.at(p) - contact.surface_v_W, n);
   }
   // It turns with the surfaces.
+  if (!pair.has_arcs) return;
   constraint.creep_W = turned(constraint.creep_W, step_s_ * pair.mean_omega_W.dot(n), n);
 }
 

@@ -87,20 +87,25 @@ class ConstraintSystem final : public Engine {
     double compliance_m_s_ns = 0;  ///< slip velocity per friction impulse
     double rebound_m_s = 0;
   };
-  /// How the first body's surface moves past the second one's in the step: linear in the place.
-  struct PairMotion {
-    using Vector = Eigen::Vector3d;
-    using Matrix = Eigen::Matrix3d;
+  /// How much farther the first body's surface gets past the second one's in the step than the
+  /// velocities behind the impulses take it: linear in the place.
+  struct PairDrift {
     Sides sides;
-    int turning = 0;                   ///< bodies
-    Vector origin_W = Vector::Zero();  ///< where the vectors hold
-    /// Mean velocity over the step, how much of it comes within the step by free rotation, and how
-    /// much by the arcs of the points.
-    Vector velocity_W = Vector::Zero(), gain_W = velocity_W, arc_W = velocity_W;
-    Matrix velocity_gradient = Matrix::Zero(), gain_gradient = velocity_gradient,
-           arc_gradient = velocity_gradient;
-    Vector common_arc_W = Vector::Zero();  ///< of the rotation that both have in common, anywhere
-    Vector mean_omega_W = Vector::Zero();  ///< of the two bodies
+    Eigen::Vector3d origin_W;              ///< where the vectors hold
+    Eigen::Vector3d gain_W, omega_gain_W;  ///< by free rotation
+    Eigen::Vector3d arc_W;                 ///< by the arcs of the points
+    Eigen::Matrix3d arc_gradient;
+    Eigen::Vector3d common_arc_W;  ///< of the rotation that both have in common, anywhere
+  };
+  /// The mean velocity of the first body's surface past the second one's over the step.
+  struct PairVelocity {
+    Sides sides;
+    Eigen::Vector3d origin_W;
+    Eigen::Vector3d v_W, omega_W;
+    Eigen::Matrix3d arc_gradient;
+    bool has_arcs = false;
+    Eigen::Vector3d mean_omega_W;  ///< of the two bodies, as far as they turn
+    [[nodiscard]] Eigen::Vector3d at(const Eigen::Vector3d& p_W) const;
   };
   /// Done by contacts on the bodies in a step.
   struct Work {
@@ -113,7 +118,9 @@ class ConstraintSystem final : public Engine {
   [[nodiscard]] bool turns(const Sides& sides) const;
   [[nodiscard]] ContactProblem::Side side(const RowSide& side);
   [[nodiscard]] double drift_of(const RowSide& side, int number) const;
-  [[nodiscard]] const PairMotion& motion_of(const Contact& contact);
+  [[nodiscard]] Sides sides_of(RigidBody* a, RigidBody* b);
+  [[nodiscard]] const PairDrift& pair_drift(const Contact& contact);
+  [[nodiscard]] const PairVelocity& pair_velocity(const Contact& contact);
   [[nodiscard]] Eigen::Vector3d drift_of(const Contact& contact);
   [[nodiscard]] ContactSolver::Outcome solve();
   void take_solved_rotations();
@@ -133,7 +140,13 @@ class ConstraintSystem final : public Engine {
   std::vector<Contact> contacts_;
   bool may_make_energy_ = false;  // rebounds or deep contacts
   bool spins_ = false;            // any body
-  PairMotion last_pair_;          // contacts of a pair follow each other
+  // Contacts of a pair follow each other.
+  struct {
+    const RigidBody *a = nullptr, *b = nullptr;
+    Sides sides;
+  } last_bodies_;
+  PairDrift last_drift_;
+  PairVelocity last_velocity_;
 };
 
 }  // namespace aprsim::physics

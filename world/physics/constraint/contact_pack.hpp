@@ -95,6 +95,10 @@ struct ContactPack {
   /// Impulses on both bodies, with moments about their centres of mass.
   struct BodyImpulses {
     Vector6 on_a, against_b;
+    void operator+=(const BodyImpulses& other) {
+      on_a = on_a + other.on_a;
+      against_b = against_b + other.against_b;
+    }
   };
   [[nodiscard]] BodyImpulses body_impulses() const;
   /// The same of contact impulses without torsion.

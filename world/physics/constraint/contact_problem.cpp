@@ -194,8 +194,20 @@ APRSIM_VECTOR_CLONES void ContactProblem::velocities_from_impulses() {
     apply_impulse(row.a.body, row.gamma * row.a.linear, row.gamma * row.a.angular);
     apply_impulse(row.b.body, row.gamma * row.b.linear, row.gamma * row.b.angular);
   }
-  for (const ContactPack& pack : packs()) {
-    if (!pack.is_idle()) apply_impulse(pack, pack.body_impulses());
+  // Impulses of a pair are summed first: both bodies then get the same sum, so that large ones
+  // which balance each other leave the momentum as it is, to rounding of their sum.
+  for (std::size_t first = 0; first < packs().size();) {
+    const std::span<ContactPack> pair = packs_of_pair(first);
+    first += pair.size();
+    if (pair.size() == 1) {
+      if (!pair[0].is_idle()) apply_impulse(pair[0], pair[0].body_impulses());
+      continue;
+    }
+    ContactPack::BodyImpulses sum{Vector6::zero(), Vector6::zero()};
+    for (const ContactPack& pack : pair) {
+      if (!pack.is_idle()) sum += pack.body_impulses();
+    }
+    apply_impulse(pair[0], sum);
   }
 }
 

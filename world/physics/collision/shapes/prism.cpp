@@ -17,12 +17,20 @@ void Prism::set_sides(std::span<const Vector2d> corners, std::span<const Vector2
 }
 
 Prism box_prism(const Vector3d& lo, const Vector3d& hi) {
-  const std::array<Vector2d, 4> corners{Vector2d(lo.x(), lo.y()), Vector2d(hi.x(), lo.y()),
-                                        Vector2d(hi.x(), hi.y()), Vector2d(lo.x(), hi.y())};
-  const std::array<Vector2d, 4> normals{Vector2d(0, -1), Vector2d(1, 0), Vector2d(0, 1),
-                                        Vector2d(-1, 0)};
   Prism prism;
-  prism.set_sides(corners, normals);
+  prism.sides = 4;
+  prism.v[0] = {lo.x(), lo.y()};
+  prism.v[1] = {hi.x(), lo.y()};
+  prism.v[2] = {hi.x(), hi.y()};
+  prism.v[3] = {lo.x(), hi.y()};
+  prism.n[0] = {0, -1};
+  prism.n[1] = {1, 0};
+  prism.n[2] = {0, 1};
+  prism.n[3] = {-1, 0};
+  prism.off[0] = -lo.y();
+  prism.off[1] = hi.x();
+  prism.off[2] = hi.y();
+  prism.off[3] = -lo.x();
   prism.z0 = lo.z();
   prism.z1 = hi.z();
   prism.middle = 0.5 * (lo + hi);
