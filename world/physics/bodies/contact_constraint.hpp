@@ -25,6 +25,9 @@ struct ContactConstraint {
   /// Displacement of a relative to b along the surfaces since they stuck [m]. Friction undoes it.
   Eigen::Vector3d creep_W = Eigen::Vector3d::Zero();
 
+  /// Whether friction resists rotation as well; torques are 0 otherwise.
+  [[nodiscard]] bool has_torsion() const { return rolling_m > 0 || spinning_m > 0; }
+
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {

@@ -1,5 +1,7 @@
 #include "world/physics/bodies/divergence.hpp"
 
+#include <cmath>
+
 namespace aprsim::physics {
 namespace {
 
@@ -7,13 +9,23 @@ namespace {
 // part on end may spin up to several times as fast at its rim.
 constexpr double kMaxSpeed = 500, kMaxRimSpeed = 1000;
 
+/// A comparison with what is not a number is false.
+bool is_bounded(const Eigen::Vector3d& v_W, const Eigen::Vector3d& omega_W, double radius_m) {
+  return v_W.squaredNorm() <= kMaxSpeed * kMaxSpeed &&
+         radius_m * radius_m * omega_W.squaredNorm() <= kMaxRimSpeed * kMaxRimSpeed;
+}
+
 }  // namespace
 
-bool has_diverged(const BodyMotion& motion, double radius_m) {
-  // A comparison with what is not a number is false.
-  const bool bounded =
-      motion.v_W.norm() <= kMaxSpeed && radius_m * motion.omega_W.norm() <= kMaxRimSpeed;
-  return !bounded || !motion.p_W.allFinite() || !motion.q_WB.coeffs().allFinite();
+// A sum with what is not a number is none.
+bool has_diverged(const FreeBody& body) {
+  return !is_bounded(body.v_com_W, body.omega_W, body.radius_m) ||
+         !std::isfinite(body.X_WB.matrix().sum());
+}
+
+bool has_diverged(const BodyMotion& motion) {
+  return !is_bounded(motion.v_W, motion.omega_W, 0) ||
+         !std::isfinite(motion.p_W.sum() + motion.q_WB.coeffs().sum());
 }
 
 }  // namespace aprsim::physics

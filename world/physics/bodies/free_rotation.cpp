@@ -71,10 +71,17 @@ Quaterniond round_rotation(const Matrix3d& inertia_B, const Vector3d& omega_B, d
 }  // namespace
 
 Quaterniond rotation_by(const Vector3d& turn) {
-  const double half = 0.5 * turn.norm();
-  const double sinc = half < 1e-4 ? 1 - half * half / 6 : std::sin(half) / half;
+  constexpr double kSeries = 1e-3;  // [rad^2]; below, the series hold to rounding
+  const double half2 = 0.25 * turn.squaredNorm();
+  double sinc = 1 - half2 / 6 * (1 - half2 / 20 * (1 - half2 / 42 * (1 - half2 / 72)));
+  double cosine = 1 - half2 / 2 * (1 - half2 / 12 * (1 - half2 / 30 * (1 - half2 / 56)));
+  if (half2 > kSeries) {
+    const double half = std::sqrt(half2);
+    sinc = std::sin(half) / half;
+    cosine = std::cos(half);
+  }
   const Vector3d v = 0.5 * sinc * turn;
-  return {std::cos(half), v.x(), v.y(), v.z()};
+  return {cosine, v.x(), v.y(), v.z()};
 }
 
 Vector3d mean_free_omega(const Matrix3d& inertia_B, const Quaterniond& q_WB,

@@ -324,9 +324,11 @@ EngineOutcome ConstraintSystem::advance() {
     const Vector3d impulse_ns = problem_.contact_impulse_ns(static_cast<int>(i));
     update_creep(contacts_[i], impulse_ns);
     constraint.f_W = impulse_ns / step_s_;
-    constraint.torque_W = problem_.torsional_impulse_nms(static_cast<int>(i)) / step_s_;
     constraint.f_guess_W.record(constraint.f_W, outcome.warm_start_fits);
-    constraint.torque_guess_W.record(constraint.torque_W, outcome.warm_start_fits);
+    if (constraint.has_torsion()) {
+      constraint.torque_W = problem_.torsional_impulse_nms(static_cast<int>(i)) / step_s_;
+      constraint.torque_guess_W.record(constraint.torque_W, outcome.warm_start_fits);
+    }
     // The projection onto the cone leaves a normal part of -0 or rounding size on open contacts.
     constraint.normal_n = std::max(0.0, constraint.f_W.dot(constraint.contact.n_W));
   }

@@ -20,12 +20,6 @@ bool overlaps(const Aabb& box, double lift_m, const Aabb& other) {
          box.max.z() + lift_m > other.min.z() + kOverlap;
 }
 
-bool diverged(const FreeBody& body) {
-  return has_diverged(
-      {body.X_WB.translation(), Eigen::Quaterniond(body.X_WB.linear()), body.v_com_W, body.omega_W},
-      body.radius_m);
-}
-
 void place_at_rest(FreeBody& body, const Eigen::Isometry3d& X_WB) {
   body.place(X_WB, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
 }
@@ -97,14 +91,14 @@ void BodyPlacement::lose_bodies(std::uint64_t step) {
   for (const int i : model_.simplification.awake()) {
     const FreeBody& body = model_.body(i);
     const bool fallen = body.bounds.max.z() < model_.lost_below_m;
-    if (fallen || diverged(body)) losing_.push_back(i);
+    if (fallen || has_diverged(body)) losing_.push_back(i);
   }
   for (const int i : losing_) {
     FreeBody& body = model_.body(i);
     // A pose that is not a number would spread to everything near it.
     Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
     X_WB.translation().z() = model_.lost_below_m - 1;
-    if (!diverged(body)) X_WB = body.X_WB;
+    if (!has_diverged(body)) X_WB = body.X_WB;
     body.lost_step = step;
     model_.simplification.remove_lost(i);
     place_at_rest(body, X_WB);

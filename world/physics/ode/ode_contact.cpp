@@ -52,7 +52,7 @@ void set_friction(const RigidBody* a, const RigidBody* b, const ContactConstrain
     contact.surface.motion1 = surface_v_W.dot(edge);
     contact.surface.motion2 = surface_v_W.dot(n.cross(edge));
   }
-  if (constraint.rolling_m <= 0 && constraint.spinning_m <= 0) return;
+  if (!constraint.has_torsion()) return;
   contact.surface.mode |= dContactRolling;
   contact.surface.rho = contact.surface.rho2 = constraint.rolling_m;
   contact.surface.rhoN = constraint.spinning_m;

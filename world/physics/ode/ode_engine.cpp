@@ -198,7 +198,7 @@ void OdeEngine::read_forces() {
     constraint.f_W = constraint.torque_W = Vector3d::Zero();
     if (contact.feedback != nullptr) {
       constraint.f_W = from_ode(contact.feedback->f1);
-      if (constraint.rolling_m > 0 || constraint.spinning_m > 0) {
+      if (constraint.has_torsion()) {
         constraint.torque_W =
             from_ode(contact.feedback->t1) - contact.lever_W.cross(constraint.f_W);
       }

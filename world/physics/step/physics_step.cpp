@@ -75,7 +75,7 @@ void PhysicsStep::check_grippers() const {
     // Idle grippers are moved by kinematics alone.
     if (model_.grippers[r].idle()) continue;
     for (const RigidBody& body : model_.grippers[r].bodies()) {
-      if (!has_diverged(body.motion(), 0)) continue;
+      if (!has_diverged(body.motion())) continue;
       throw PhysicsFailure("step " + std::to_string(results_.count) + ": the motion of robot " +
                            model_.scene.robots[r].name + "'s gripper has diverged");
     }

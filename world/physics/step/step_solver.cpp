@@ -41,7 +41,7 @@ class NormalRotation {
 };
 
 void warm_start_from(const StepSolver::LastContact& last, ContactConstraint& constraint) {
-  const bool has_torsion = constraint.rolling_m > 0 || constraint.spinning_m > 0;
+  const bool has_torsion = constraint.has_torsion();
   constraint.f_guess_W = last.f_guess_W;
   constraint.creep_W = last.creep_W;
   if (has_torsion) constraint.torque_guess_W = last.torque_guess_W;
@@ -387,7 +387,7 @@ void StepSolver::spread_force(const LastContact& lost) {
     ContactConstraint& constraint = at(i);
     constraint.f_guess_W.last += share(i) / sum * lost.f_guess_W.last;
     constraint.f_guess_W.known = true;
-    if (constraint.rolling_m > 0 || constraint.spinning_m > 0) {
+    if (constraint.has_torsion()) {
       constraint.torque_guess_W.last += share(i) / sum * lost.torque_guess_W.last;
       constraint.torque_guess_W.known = true;
     }
@@ -403,7 +403,9 @@ void StepSolver::reset_guesses(const Run& run, std::size_t known) {
     // step.
     if (!constraint.f_guess_W.known) continue;  // not solved so far
     constraint.f_guess_W = ForceGuess(i < known ? constraint.f_W : zero);
-    constraint.torque_guess_W = ForceGuess(i < known ? constraint.torque_W : zero);
+    if (constraint.has_torsion()) {
+      constraint.torque_guess_W = ForceGuess(i < known ? constraint.torque_W : zero);
+    }
     constraint.normal_n = 0;
     constraint.impact_m2_s2 = 0;
   }
