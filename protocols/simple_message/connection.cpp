@@ -136,7 +136,16 @@ void Connection::on_read(std::size_t size) {
       return close("it speaks " + std::string(protocol) + ", not Simple Message", true);
     }
   }
+  if (pacer_.is_registered(record_.listener())) return process_in_turn();
   process();
+}
+
+/// A pacer's request passes time, so the bytes that its client has sent before to the robot's other
+/// ports come first: they are read within one turn of the event loop, and handled within the next.
+void Connection::process_in_turn() {
+  boost::asio::post(context_.io, [self = shared_from_this()] {
+    boost::asio::post(self->context_.io, [self] { self->process(); });
+  });
 }
 
 void Connection::compact() {

@@ -67,6 +67,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void on_read(std::size_t size);
   void compact();
   [[nodiscard]] bool may_take() const;
+  void process_in_turn();
   void send(std::string message, bool reply);
   void enqueue(std::string message);
   void write();

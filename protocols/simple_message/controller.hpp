@@ -34,6 +34,8 @@ class Controller {
   /// Follows the cell. Called about every millisecond while waits().
   virtual void advance() = 0;
   [[nodiscard]] virtual bool waits() const = 0;
+  /// Tells the log of a motion that has ended before its last point. Changes nothing else.
+  virtual void report_ends() = 0;
 
   [[nodiscard]] virtual std::chrono::milliseconds state_period() const = 0;
   /// The messages of one period.

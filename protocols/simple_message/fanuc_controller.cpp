@@ -30,7 +30,7 @@ std::string position_message(Communication communication, ReplyCode code, std::i
 }  // namespace
 
 FanucController::FanucController(ListenerContext& context, RobotLink& link)
-    : context_(context), link_(link), gripper_(link) {}
+    : context_(context), link_(link), gripper_(link), ends_(context.log, context.options.robot) {}
 
 void FanucController::motion_connected(Connection& connection) { client_ = &connection; }
 
@@ -158,6 +158,7 @@ void FanucController::hand_over(const api::Snapshot& now) {
                                       true, is_left ? motion.stream : 0});
     if (!claim) return;
     stream_ = latest_ = *claim;
+    ends_.expect(stream_, peer);
   }
   JointVector joints = *point_;
   const auto& limits = link_.description(now).joints;

@@ -6,6 +6,7 @@
 #include "protocols/simple_message/controller.hpp"
 #include "protocols/simple_message/gripper_valves.hpp"
 #include "protocols/simple_message/robot_link.hpp"
+#include "protocols/simple_message/stream_ends.hpp"
 
 namespace aprsim::simple_message {
 
@@ -26,6 +27,7 @@ class FanucController final : public Controller {
   [[nodiscard]] bool yields_motion() override { return false; }
   void advance() override;
   [[nodiscard]] bool waits() const override { return point_.has_value(); }
+  void report_ends() override { ends_.report(*link_.latest()); }
   [[nodiscard]] std::chrono::milliseconds state_period() const override;
   [[nodiscard]] std::vector<std::string> states() override;
 
@@ -42,6 +44,7 @@ class FanucController final : public Controller {
   ListenerContext& context_;
   RobotLink& link_;
   GripperValves gripper_;
+  StreamEnds ends_;
   Connection* client_ = nullptr;         // of the motion port
   std::optional<JointVector> point_;     // acknowledged, not handed over yet
   api::Ticket stream_ = 0, latest_ = 0;  // our stream; our latest command

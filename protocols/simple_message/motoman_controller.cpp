@@ -70,13 +70,15 @@ MotomanController::MotomanController(ListenerContext& context, RobotLink& link)
       link_(link),
       io_(link),
       queue_(link, context.options.interpolation_clock),
+      ends_(context.log, context.options.robot),
       pause_timer_(context.io) {}
 
 std::chrono::milliseconds MotomanController::state_period() const { return kMotomanStatePeriod; }
 
 // ---- connections
 
-void MotomanController::motion_connected(Connection&) {
+void MotomanController::motion_connected(Connection& connection) {
+  ends_.commanded_by(connection.peer());
   connected_ = true;
   pause_timer_.cancel();
   if (!std::exchange(paused_, false) || stream_ == 0) return;
@@ -87,14 +89,21 @@ void MotomanController::motion_connected(Connection&) {
 void MotomanController::motion_gone(Connection& connection) {
   connected_ = false;
   if (owes(connection)) pending_.reset();
-  queue_.drop_waiting();
   // In virtual time nothing may depend on the wall's.
   const bool is_virtual = context_.options.listener.virtual_time != nullptr;
   pause_timer_.expires_after(is_virtual ? std::chrono::milliseconds(0) : kPauseDelay);
   pause_timer_.async_wait([this](const boost::system::error_code& cancelled) {
-    if (cancelled || connected_ || stream_ == 0 || queue_.empty(*link_.latest())) return;
-    paused_ = link_.submit(api::PauseStream{stream_, true}).has_value();
+    if (!cancelled && !connected_) pause();
   });
+}
+
+/// The tasks of a lost client end: what they have not cut into increments is lost.
+void MotomanController::pause() {
+  const api::SnapshotPtr now = link_.latest();
+  follow_stream(*now);
+  if (stream_ == 0 || queue_.empty(*now)) return;
+  const auto ends_at = queue_.drop_uncut(*now);
+  paused_ = link_.submit(api::PauseStream{stream_, true, ends_at}).has_value();
 }
 
 bool MotomanController::yields_motion() {
@@ -366,8 +375,13 @@ void MotomanController::await(
     Connection& connection, const Message& request, MotionReply reply,
     std::function<std::optional<MotionResult>(const api::Snapshot&)> result) {
   pending_ = Pending{&connection, reply, request.communication,
-                     Clock::now() + context_.options.claim_timeout, std::move(result)};
+                     clock(*link_.latest()) + context_.options.claim_timeout, std::move(result)};
   advance();
+}
+
+std::chrono::nanoseconds MotomanController::clock(const api::Snapshot& now) const {
+  if (context_.options.listener.virtual_time != nullptr) return now.time;
+  return std::chrono::steady_clock::now().time_since_epoch();
 }
 
 /// A claim of the robot. A stream of this controller from an earlier time, as a saved state has it,
@@ -405,6 +419,7 @@ void MotomanController::start_trajectory_mode(Connection& connection, const Mess
   stream_ = *ticket;
   paused_ = false;
   queue_.begin_stream(*ticket);
+  ends_.expect(*ticket, connection.peer());
   await(connection, request, reply,
         [this, stream = *ticket](const api::Snapshot& seen) -> std::optional<MotionResult> {
           if (seen.applied < stream) return std::nullopt;
@@ -484,7 +499,7 @@ void MotomanController::advance() {
   if (stream_ != 0) queue_.advance(*now);
   if (!pending_) return;
   auto result = pending_->result(*now);
-  if (!result && Clock::now() < pending_->deadline) return;
+  if (!result && clock(*now) < pending_->deadline) return;
   const Pending done = *std::exchange(pending_, std::nullopt);
   const bool starts =
       done.reply.command == static_cast<std::int32_t>(MotionCommand::kStartTrajectoryMode);

@@ -10,6 +10,7 @@
 #include "protocols/simple_message/controller.hpp"
 #include "protocols/simple_message/motoman_io.hpp"
 #include "protocols/simple_message/motoman_queue.hpp"
+#include "protocols/simple_message/stream_ends.hpp"
 
 namespace aprsim::simple_message {
 
@@ -31,18 +32,17 @@ class MotomanController final : public Controller {
   [[nodiscard]] bool yields_motion() override;
   void advance() override;
   [[nodiscard]] bool waits() const override { return pending_ || queue_.waits(); }
+  void report_ends() override { ends_.report(*link_.latest()); }
   [[nodiscard]] std::chrono::milliseconds state_period() const override;
   [[nodiscard]] std::vector<std::string> states() override;
 
  private:
-  using Clock = std::chrono::steady_clock;
-
   /// A request whose reply waits for the cell.
   struct Pending {
     Connection* connection;
     MotionReply reply;  ///< without its result
     Communication communication;
-    Clock::time_point deadline;
+    std::chrono::nanoseconds deadline;  ///< of clock()
     /// Its result once the cell shows it.
     std::function<std::optional<MotionResult>(const api::Snapshot&)> result;
   };
@@ -75,11 +75,15 @@ class MotomanController final : public Controller {
   [[nodiscard]] bool is_ready(const api::Snapshot& now);
   [[nodiscard]] Subcode not_ready_reason(const api::Snapshot& now);
   void follow_stream(const api::Snapshot& now);
+  void pause();
+  /// The clock of deadlines: in virtual time the cell's, else the wall's.
+  [[nodiscard]] std::chrono::nanoseconds clock(const api::Snapshot& now) const;
 
   ListenerContext& context_;
   RobotLink& link_;
   MotomanIo io_;
   MotomanQueue queue_;
+  StreamEnds ends_;
   boost::asio::steady_timer pause_timer_;
   api::Ticket stream_ = 0;  // of INIT_ROS, the job that takes trajectories
   std::uint64_t epoch_ = 0;

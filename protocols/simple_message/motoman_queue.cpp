@@ -56,6 +56,17 @@ bool MotomanQueue::is_cutting(const api::Snapshot& now) const {
   return !waiting_.empty() || time_left_ms(now) > kIncrements * clock_.count();
 }
 
+std::optional<SimTime> MotomanQueue::drop_uncut(const api::Snapshot& now) {
+  if (!waiting_.empty()) {
+    clear();
+    return std::nullopt;
+  }
+  const std::int64_t left = time_left_ms(now), queued = kIncrements * clock_.count();
+  if (left <= queued) return std::nullopt;
+  end_ms_ -= left - queued;
+  return std::chrono::milliseconds(end_ms_ - origin_ms_);
+}
+
 std::int64_t MotomanQueue::count(const api::Snapshot& now) const {
   const std::int64_t clock = clock_.count();
   return std::min(kIncrements, (time_left_ms(now) + clock - 1) / clock);

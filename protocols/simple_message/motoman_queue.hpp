@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -25,10 +26,9 @@ class MotomanQueue {
   void begin(std::int64_t time_ms);
   /// The points are gone, as after a stop of the motion.
   void clear();
-  /// Drops points of a trajectory that has not begun.
-  void drop_waiting() {
-    if (!waiting_.empty()) clear();
-  }
+  /// Drops what is not cut into increments: points that wait for the robot to stand, and the end of
+  /// the latest one. The trajectory's new end; nullopt = all of it is in the queue.
+  [[nodiscard]] std::optional<SimTime> drop_uncut(const api::Snapshot& now);
 
   /// Whether the latest point is still being cut into increments.
   [[nodiscard]] bool is_cutting(const api::Snapshot& now) const;

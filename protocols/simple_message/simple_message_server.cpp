@@ -330,6 +330,7 @@ void SimpleMessageServer::Impl::watch_faults() {
     if (!cancelled && !service_.draining()) watch_faults();
   });
   service_.for_each([](Connection& connection) { connection.notice_end(); });
+  controller_->report_ends();
   // A pacing client sees faults at its own instants only.
   bool paces = false;
   service_.for_each([&](const Connection& connection) { paces |= connection.paces(); });

@@ -13,6 +13,7 @@
 #include "proto/journal/frames.hpp"
 #include "proto/journal/journal_reader.hpp"
 #include "tests/support/daemon_process.hpp"
+#include "tests/support/eventually.hpp"
 #include "tests/support/simple_message_client.hpp"
 #include "tests/support/temporary_directory.hpp"
 
@@ -92,6 +93,39 @@ TEST(SimpleMessageDaemon, OnlyScenesThatSaySoHaveThePorts) {
     EXPECT_FALSE(without.ports().contains(name)) << name;
     EXPECT_TRUE(with.ports().contains(name)) << name;
   }
+}
+
+TEST(SimpleMessageDaemon, AnAlarmIsLoggedOnceWithItsPeer) {
+  const DaemonProcess daemon({"--no-web", "--scene", "aprs_2024"});
+  SimpleMessageClient motion(daemon.port("motion.motoman"));
+  ASSERT_EQ(control(motion, MotionCommand::kStartTrajectoryMode).result, 0);
+  const Joints from = joints_now(daemon.port("state.motoman"));
+  for (const int i : {0, 1, 2}) {
+    // Accepted by the controller, and too fast for the arm.
+    TrajectoryPointFull point{0, i, 7, 0.02F * static_cast<float>(i), from, {}, {}};
+    point.position[0] += 0.1F * static_cast<float>(i);
+    const auto reply = motion.ask<MotionReply>(MessageType::kTrajectoryPointFull, point);
+    EXPECT_TRUE(reply.result == 0 || reply.result == 5) << reply.result << " " << reply.subcode;
+  }
+  // Told, and not again when others see the stopped robot.
+  const auto lines = [&] {
+    const std::string log = daemon.log();
+    std::size_t count = 0;
+    for (auto at = log.find("ends in an alarm"); at != std::string::npos;
+         at = log.find("ends in an alarm", at + 1)) {
+      ++count;
+    }
+    return count;
+  };
+  ASSERT_TRUE(eventually([&] { return lines() > 0; }));
+  EXPECT_EQ(control(motion, MotionCommand::kCheckMotionReady).subcode, 5001);
+  (void)joints_now(daemon.port("state.motoman"));
+  EXPECT_EQ(lines(), 1U);
+  const std::string log = daemon.log();
+  const auto line = log.substr(log.rfind('\n', log.find("ends in an alarm")) + 1);
+  EXPECT_NE(line.find("simple_message.motoman"), std::string::npos) << line;
+  EXPECT_NE(line.find("127.0.0.1:"), std::string::npos) << line;
+  EXPECT_NE(line.find("joint_s: speed"), std::string::npos) << line;
 }
 
 TEST(SimpleMessageDaemon, ARunOverItsPortsIsTheSameAgain) {

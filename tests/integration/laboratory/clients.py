@@ -13,6 +13,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[3]
 BINARIES = os.environ.get("APRSIM_BIN_DIR", str(ROOT / "build" / "release" / "bin"))
 DEADLINE_S = 60 * float(os.environ.get("APRSIM_PATIENCE", "1"))
 MOTOMAN, FANUC, CONVEYOR = "192.168.1.33", "192.168.1.34", "192.168.1.50"
+CAMERAS = [f"192.168.1.{last}" for last in (104, 105, 107, 108, 110)]
 RUN, DIRECTION, SPEED = 0x8000, 0x8001, 0x8002
 HALF_SPEED = int(50 * 327.68)
 TRANSFER_MS = 5000
@@ -37,6 +38,24 @@ def state_lengths(address, port):
             receive(connection, length)
             lengths.add(length)
     return sorted(lengths)
+
+
+def picture(address):
+    """The beginning of a camera's stream: code and kind."""
+    with socket.create_connection((address, 80), 10) as camera:
+        camera.settimeout(DEADLINE_S)
+        camera.sendall(b"GET /mjpg/video.mjpg HTTP/1.1\r\nHost: camera\r\n\r\n")
+        data = b""
+        while b"\xff\xd9" not in data:
+            more = camera.recv(1 << 16)
+            if not more:
+                return f"ends after {data[:100]!r}"
+            data += more
+    head, _, body = data.partition(b"\r\n\r\n")
+    code = head.split(None, 2)[1].decode()
+    begins = body.partition(b"\r\n\r\n")[2][:2]
+    kind = "JPEG" if begins == b"\xff\xd8" else repr(begins)
+    return f"{code} {kind}"
 
 
 def status():
@@ -103,6 +122,7 @@ def main():
                 "motoman_state": state_lengths(MOTOMAN, 50241),
                 "gripper": opened,
                 "refused": refused,
+                "pictures": {address: picture(address) for address in CAMERAS},
             }
         )
     )

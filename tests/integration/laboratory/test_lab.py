@@ -46,11 +46,13 @@ class LabTest(unittest.TestCase):
         self.assertEqual(found["motoman_state"], [40, 144])
         self.assertEqual(found["gripper"], 0)
         self.assertEqual(found["refused"], [])
+        # Pictures as Axis cameras send them.
+        self.assertEqual(found["pictures"], {f"192.168.1.{last}": "200 JPEG" for last in (104, 105, 107, 108, 110)})
 
     def test_transfer_by_the_belt(self):
         """The laboratory's transfer: half speed, direction 1, 5 s of the cell's time, towards the Motoman."""
         done = lab(
-            "--page", "0", "--grpc", "0", "--option=--speed=max", "--",
+            "--scene", "aprs_2024", "--page", "0", "--grpc", "0", "--option=--speed=max", "--",
             sys.executable, str(HERE / "clients.py"), "transfer",
         )  # fmt: skip
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)

@@ -55,7 +55,7 @@ APRSIM_FIELDS(AppendPoints, FIELD(stream), FIELD(begins), FIELD(points))
 APRSIM_FIELDS(AppendMove, FIELD(stream), FIELD(position_rad), FIELD(speed), FIELD(rounding),
               FIELD(max_waiting))
 APRSIM_FIELDS(StopStream, FIELD(stream))
-APRSIM_FIELDS(PauseStream, FIELD(stream), FIELD(paused))
+APRSIM_FIELDS(PauseStream, FIELD(stream), FIELD(paused), FIELD(ends_at))
 APRSIM_FIELDS(ReleaseMotion, FIELD(stream), FIELD(when_done))
 APRSIM_FIELDS(JointTolerance, FIELD(position_rad), FIELD(velocity_rad_s))
 APRSIM_FIELDS(FollowTrajectory, FIELD(commander), FIELD(joint_names), FIELD(points), FIELD(start),

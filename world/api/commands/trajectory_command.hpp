@@ -87,10 +87,12 @@ struct StopStream {
   Ticket stream = 0;
 };
 
-/// Slows down on the path until the robot stands, or goes on from there. Points are kept.
+/// Slows down on the path until the robot stands, or goes on from there. Points are kept, but for
+/// those of a timed stream after `ends_at`, a time of the present trajectory: its curve ends there.
 struct PauseStream {
   Ticket stream = 0;
   bool paused = true;
+  std::optional<SimTime> ends_at{};
 };
 
 /// Ends the stream: stops as StopStream does, or first executes all points.

@@ -154,6 +154,8 @@ Result<void> MotionStream::apply(const api::StopStream& command, const Arm& arm)
 
 Result<void> MotionStream::apply(const api::PauseStream& command, const Arm& arm) {
   if (auto ok = require_number(command.stream); !ok) return ok;
+  TimedMotion* const timed = arm.motion.timed();
+  if (command.ends_at && timed != nullptr) timed->end_at(*command.ends_at);
   arm.motion.pause_stream(command.paused);
   return {};
 }

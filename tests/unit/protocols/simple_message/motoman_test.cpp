@@ -292,12 +292,31 @@ TEST_F(MotomanPorts, TheQueueOfALostClientGoesOnWithTheNext) {
   }
   ASSERT_TRUE(eventually([&] { return cell_.actions<api::PauseStream>().size() == 1; }));
   EXPECT_TRUE(cell_.actions<api::PauseStream>().front().paused);
+  EXPECT_FALSE(cell_.actions<api::PauseStream>().front().ends_at);
   SimpleMessageClient next(ports_.motion);
   ASSERT_TRUE(eventually([&] { return cell_.actions<api::PauseStream>().size() == 2; }));
   EXPECT_FALSE(cell_.actions<api::PauseStream>().back().paused);
   // Ready still: the queue is not cleared.
   EXPECT_EQ(start_mode(next), (Outcome{0, 0}));
   EXPECT_EQ(control(next, MotionCommand::kCheckQueueCount), (Outcome{0, 125}));
+}
+
+TEST_F(MotomanPorts, WhatALostClientHasNotInTheQueueIsLost) {
+  {
+    SimpleMessageClient client(ports_.motion);
+    start_mode(client);
+    send(client, point(0, 0));
+    send(client, point(1, 0.5F));
+    EXPECT_EQ(send(client, point(2, 2.5F)), (Outcome{0, 0}));
+    change([](auto& robot) { robot.motion.time = std::chrono::milliseconds(300); });
+  }
+  ASSERT_TRUE(eventually([&] { return cell_.actions<api::PauseStream>().size() == 1; }));
+  // 200 increments of 4 ms.
+  EXPECT_EQ(cell_.actions<api::PauseStream>().front().ends_at, std::chrono::milliseconds(1100));
+  SimpleMessageClient next(ports_.motion);
+  EXPECT_EQ(control(next, MotionCommand::kCheckQueueCount), (Outcome{0, 200}));
+  change([](auto& robot) { robot.motion.time = std::chrono::milliseconds(1000); });
+  EXPECT_EQ(control(next, MotionCommand::kCheckQueueCount), (Outcome{0, 25}));
 }
 
 TEST_F(MotomanPorts, ANewClientTakesThePlaceOfAnIdleOneOnly) {

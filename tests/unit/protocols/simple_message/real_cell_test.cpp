@@ -386,6 +386,41 @@ TEST(RealCell, ALostClientsQueueStopsAndGoesOn) {
   EXPECT_LT(largest_error(cell.measured(kMotoman), to), kGoal_rad);
 }
 
+TEST(RealCell, PointsThatWereNotCutAreLostWithTheirClient) {
+  Ports cell;
+  cell.step(100);
+  cell.set_home();
+  const Posture from = cell.measured(kMotoman);
+  Posture to = from;
+  to[0] += 0.4;
+  {
+    SimpleMessageClient client(cell.ports(kMotoman).motion);
+    start_mode(cell, client);
+    MotomanPoint start{0, to_wire(ControllerKind::kMotomanFs100, from), {}};
+    EXPECT_EQ(send_point(client, 0, start).result, 0);
+    EXPECT_EQ(send_point(client, 1, {2000, to_wire(ControllerKind::kMotomanFs100, to), {}}).result,
+              0);
+    cell.step(300);
+  }
+  ASSERT_TRUE(
+      eventually([&] { return cell.robot(kMotoman).motion.phase == api::StreamPhase::kPaused; }));
+  cell.step(500);
+  SimpleMessageClient next(cell.ports(kMotoman).motion);
+  ASSERT_TRUE(
+      eventually([&] { return cell.robot(kMotoman).motion.phase == api::StreamPhase::kMoving; }));
+  rest(cell, kMotoman);
+  // The queue held 0.8 s more: it runs out there, and the robot brakes.
+  const api::MotionSnapshot motion = cell.robot(kMotoman).motion;
+  const double end_s = std::chrono::duration<double>(motion.time).count();
+  EXPECT_GE(end_s, 1.1);
+  EXPECT_LE(end_s, 1.2);
+  const double way = cell.measured(kMotoman)[0] - from[0];
+  EXPECT_GT(way, hermite(0, 0, 0.4, 0, 2, end_s));
+  EXPECT_LT(way, 0.39);
+  EXPECT_EQ(control(next, MotionCommand::kCheckQueueCount).subcode, 0);
+  EXPECT_TRUE(motion.alarm.empty()) << motion.alarm;
+}
+
 TEST(RealCell, WhatTheFanucWasHandedIsFinishedWithoutItsClient) {
   Ports cell;
   cell.step(100);

@@ -73,6 +73,7 @@ std::vector<api::TrajectoryAction> every_trajectory_action() {
           api::StopStream{7},
           api::PauseStream{7, true},
           api::PauseStream{7, false},
+          api::PauseStream{7, true, std::chrono::nanoseconds(1)},
           api::ReleaseMotion{7, true},
           api::SwitchGripper{kThird},
           api::FollowTrajectory{"driver"},

@@ -11,6 +11,18 @@ constexpr double kRestSpeed_rad_s = 1e-3;  ///< below it a joint counts as at re
 constexpr double kRampShare = 0.5;         ///< of the joints' accelerations, for a change of rate
 constexpr double kShortestRamp_s = 0.02;   ///< of the rate from 0 to 1
 
+constexpr SimTime kShortestRest = std::chrono::milliseconds(1);  ///< of a motion that is cut
+
+/// A point on the curve between two, such that the curve to it is the same.
+CurvePoint point_between(const CurvePoint& from, const CurvePoint& to, SimTime time) {
+  const JointCurve curve(from, to);
+  const JointState state = curve.at(seconds(time - from.time));
+  CurvePoint point{time, state.q};
+  if (curve.degree() >= 3) point.qd = state.qd;
+  if (curve.degree() == 5) point.qdd = state.qdd;
+  return point;
+}
+
 }  // namespace
 
 void TimedMotion::begin(const JointVector& q) {
@@ -32,6 +44,27 @@ void TimedMotion::append(std::shared_ptr<const PointBlock> block, const JointVec
   end_time_ = block->points.back().time;
   blocks_.push_back(std::move(block));
   if (stands) curve_ = JointCurve(from_, target());
+}
+
+void TimedMotion::end_at(SimTime time) {
+  time = std::max(time, time_ + kShortestRest);
+  if (!running() || time >= end_time_) return;
+  auto kept = std::make_shared<PointBlock>();
+  CurvePoint from = from_;
+  std::size_t skipped = next_;
+  for (const auto& block : blocks_) {
+    for (std::size_t i = std::exchange(skipped, 0); i < block->points.size(); ++i) {
+      const CurvePoint& to = block->points[i];
+      if (from.time >= time) break;
+      kept->points.push_back(to.time <= time ? to : point_between(from, to, time));
+      from = kept->points.back();
+    }
+  }
+  left_ = kept->points.size();
+  next_ = 0;
+  blocks_ = {std::move(kept)};
+  end_time_ = time;
+  curve_ = JointCurve(from_, target());
 }
 
 CurvePoint TimedMotion::tail(const JointVector& q) const {
@@ -89,6 +122,8 @@ bool TimedMotion::advance(const StepInput& input, JointVector& q) {
     q = curve_.at(curve_time()).q;
   } else {
     q = from_.q;
+    // Points that end at a speed within the step: the rest of it goes on at that speed.
+    if (ends_moving()) q += from_.qd * curve_time();
     time_ = from_.time;
     rest_ns_ = 0;
   }

@@ -39,6 +39,9 @@ class TimedMotion {
   /// The points follow those that are left, with increasing times. Without points the motion goes
   /// on from `q`, where the robot stands.
   void append(std::shared_ptr<const PointBlock> block, const JointVector& q);
+  /// Drops the points after this time and ends the curve there, a millisecond from now at the
+  /// earliest. No effect on a motion that ends before. Allocates.
+  void end_at(SimTime time);
   /// Where the points that are left end: the first point of the next curve.
   [[nodiscard]] CurvePoint tail(const JointVector& q) const;
 

@@ -281,6 +281,43 @@ TEST_P(TimedStream, APauseKeepsThePathAndThePoints) {
   EXPECT_LE(rig.effort().accel, 1.3);
 }
 
+TEST_P(TimedStream, APauseMayEndTheCurve) {
+  for (const bool quintic : {false, true}) {
+    StreamRig cut(GetParam()), whole(GetParam());
+    std::mt19937 engine(10);
+    for (StreamRig* each : {&cut, &whole}) {
+      each->ready();
+      ASSERT_EQ(each->claim(), "");
+    }
+    const auto points = smooth_points(cut, engine, 20, 0.05, 0.5, quintic);
+    for (StreamRig* each : {&cut, &whole}) {
+      ASSERT_EQ(each->send(api::AppendPoints{each->stream, true, points}), "");
+    }
+    cut.steps(200);
+    whole.steps(200);
+    // Between two points; those behind are dropped.
+    ASSERT_EQ(cut.send(api::PauseStream{cut.stream, false, milliseconds(620)}), "");
+    EXPECT_EQ(cut.motion().points_left, 9u);
+    EXPECT_EQ(cut.motion().end_time, milliseconds(620));
+    for (int k = 200; k < 620; ++k) {
+      cut.steps(1);
+      whole.steps(1);
+      const JointVector error = cut.controller().reference() - whole.controller().reference();
+      ASSERT_LE(error.cwiseAbs().maxCoeff(), 1e-12) << k;
+    }
+    EXPECT_EQ(cut.motion().points_left, 0u);
+    cut.finish();
+    EXPECT_EQ(cut.motion().time, milliseconds(620));
+    // A time behind the end changes nothing; one that has passed ends it in the next step.
+    ASSERT_EQ(whole.send(api::PauseStream{whole.stream, false, milliseconds(5000)}), "");
+    EXPECT_EQ(whole.motion().end_time, points.back().time);
+    ASSERT_EQ(whole.send(api::PauseStream{whole.stream, false, milliseconds(1)}), "");
+    EXPECT_EQ(whole.motion().points_left, 1u);
+    whole.steps(1);
+    EXPECT_EQ(whole.motion().points_left, 0u);
+  }
+}
+
 TEST_P(TimedStream, PointsThatEndAtASpeedAreFollowedByAStop) {
   auto point = rest_point();
   point.acceleration_rad_s2.clear();
@@ -302,6 +339,20 @@ TEST_P(TimedStream, PointsThatEndAtASpeedAreFollowedByAStop) {
   rig.steps(1);
   EXPECT_EQ(rig.motion().points_left, 0u);
   EXPECT_EQ(rig.controller().reference(), vector_of(point.position_rad));
+}
+
+TEST_P(TimedStream, AnEndAtASpeedWithinAStepIsNoJerk) {
+  auto point = rest_point();
+  point.acceleration_rad_s2.clear();
+  // A quarter of the last step belongs to the curve.
+  point.time = std::chrono::microseconds(499'250);
+  point.position_rad[0] += 0.1;
+  point.velocity_rad_s[0] = 0.4;
+  ASSERT_EQ(append({point}), "");
+  rig.forget();
+  rig.finish();
+  EXPECT_GT(rig.controller().reference()(0), point.position_rad[0]);
+  EXPECT_LE(rig.effort().accel, 1.2);
 }
 
 TEST_P(TimedStream, IncrementsMayBeFedAsLines) {

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+#include <utility>
+
+#include "protocols/net/limited_log.hpp"
+#include "world/api/snapshot/snapshot.hpp"
+
+namespace aprsim::simple_message {
+
+/// Tells the log why a motion has ended before its last point: an alarm, or a stop of the robot.
+/// Each stream's end once, with its latest client. Thread: the listener's.
+class StreamEnds {
+ public:
+  StreamEnds(protocols::LimitedLog& log, int robot) : log_(log), robot_(robot) {}
+
+  /// The client that commands from now on.
+  void commanded_by(std::string peer) { peer_ = std::move(peer); }
+  /// A stream that `peer` has begun.
+  void expect(api::Ticket stream, std::string peer);
+  /// Logs the end of the expected stream, if it is there.
+  void report(const api::Snapshot& now);
+
+ private:
+  protocols::LimitedLog& log_;
+  const int robot_;
+  api::Ticket stream_ = 0;  // 0 = none
+  std::string peer_;
+};
+
+}  // namespace aprsim::simple_message
