@@ -24,6 +24,7 @@ _REPEATS = 8  # equal lines in a row that mean a camera without noise, not a rep
 SKIPPED = 3  # frames that may be older than the begin of a detection
 WINDOW = 6  # frames that must agree
 _STEADY_MM = 2.0
+_LINE_S = 120.0  # of wall time, the longest wait for a line in virtual time
 _NOISY = 10  # frames that differ by noise alone before the camera counts as noisy
 
 
@@ -166,10 +167,12 @@ class Camera:
     clock: Clock = field(default_factory=lambda: Clock(0.025))
     skipped: int = SKIPPED
     window: int = WINDOW
+    polls_per_line: int = 0  # in virtual time, polls before it waits for a line; 0 = it never waits
 
     def __post_init__(self) -> None:
         self._frames: deque[list[Detection]] = deque(maxlen=self.window)
         self._count = 0
+        self._lines = 0
         self._changed = threading.Condition()
         self._closed = False
         self._trouble = "no frame yet"
@@ -217,6 +220,7 @@ class Camera:
         polls = self.clock.counts_polls
         if polls:
             self._receive()
+        polled, lines = 0, self._lines
         with self._changed:
             first = self._count + self.skipped + self.window
         while True:
@@ -233,14 +237,25 @@ class Camera:
                     self._changed.wait(0.1)
             if polls:
                 poll()
-                # The feed sends all frames up to a poll before the poll's answer.
+                # The cell's feed sends all frames up to a poll before the poll's answer.
                 self._receive()
+                polled = polled + 1 if lines == self._lines else 0
+                if polled == self.polls_per_line > 0:
+                    self._await_line()
+                    polled = 0
+                lines = self._lines
 
     def count(self) -> int:
         """Frames so far."""
         if self.clock.counts_polls:
             self._receive()
         return self.frames_read
+
+    def _await_line(self) -> None:
+        """Wait in wall time for a line of a feed that is slower than virtual time."""
+        with self._changed:
+            before = self._lines
+            self._changed.wait_for(lambda: self._lines != before or self._closed, _LINE_S)
 
     def _placed(self, s: Sighting) -> Sighting:
         x, y = self.correction.apply(s.pose.xy)
@@ -294,6 +309,9 @@ class Camera:
     def _take(self, line: bytes) -> None:
         if not line:
             return
+        with self._changed:
+            self._lines += 1
+            self._changed.notify_all()
         # The server repeats its latest frame if nothing has changed; a repetition is no new frame.
         self._repeats = self._repeats + 1 if line == self._last_line else 0
         self._last_line = line

@@ -84,7 +84,12 @@ def open_wires(
         crcl = connection_to(robot, options, clock)
         correction = corrections.get(robot.name, Correction())
         camera = (BlindCamera if options.blind else Camera)(
-            robot.host, robot.vision_port, robot.frame, correction, clock=clock
+            robot.host,
+            robot.vision_port,
+            robot.frame,
+            correction,
+            clock=clock,
+            polls_per_line=options.polls_per_line,
         )
         camera.start()
         wires[robot.name] = (crcl, camera)

@@ -89,12 +89,33 @@ class GearFinder:
         if (face < 0).any() or (face[:, 0] >= width).any() or (face[:, 1] >= height).any():
             return SlotView(tray, slot, Content.UNKNOWN, None)
         share, hue = self._colour(face, coloured, hues)
-        seen = self._type_of(hue) if share >= _OCCUPIED else None
+        seen = self._seated_type(hue, centre, z, coloured) if share >= _OCCUPIED else None
         if seen is None:
             return SlotView(tray, slot, Content.EMPTY, None)
         # A gear as large as the slot's, whatever its colour says, is centred by its own size.
         x, y = self._centred(centre, seen.radius_mm, z, coloured)
         return SlotView(tray, slot, Content.GEAR, Gear(seen, x, y, min(share, 1.0)))
+
+    def _seated_type(self, hue: float, centre: Array, z_mm: float, coloured: Array) -> GearType | None:
+        """The type with about this hue whose size is nearest to the gear's. Bright pictures move hues
+        towards each other."""
+        kinds = self._types_of(hue)
+        if not kinds:
+            return None
+        radius = max(kind.radius_mm for kind in kinds)
+        circle = self._circle(centre, radius + _MARGIN_MM, z_mm)
+        x, y, w, h = cv2.boundingRect(circle)
+        x0, y0 = max(x, 0), max(y, 0)
+        window = coloured[y0 : y + h, x0 : x + w]
+        inside = np.zeros_like(window)
+        cv2.fillPoly(inside, [circle - np.array([x0, y0], np.int32)], 255)
+        area = cv2.countNonZero(window & inside)
+        return min(kinds, key=lambda kind: abs(math.log(self._size(kind, area, centre, z_mm))))
+
+    def _size(self, kind: GearType, area_px: float, place: Array, z_mm: float) -> float:
+        """An area as share of a type's."""
+        scale = self._map.px_per_mm(np.array([place[0], place[1], z_mm]))
+        return max(area_px, 1.0) / (math.pi * (kind.radius_mm * scale) ** 2)
 
     def _centred(self, start: Array, radius_mm: float, z_mm: float, coloured: Array) -> Array:
         """Centre of the coloured pixels within a circle that follows them. The peg leaves no hole."""
@@ -128,16 +149,17 @@ class GearFinder:
             moments = cv2.moments(outline)
             pixel = np.array([[moments["m10"], moments["m01"]]]) / moments["m00"]
             _, radius = cv2.minEnclosingCircle(outline)
-            kind = self._type_of(self._colour(outline.reshape(-1, 2), rest, hues)[1])
-            if kind is None or area < _ROUND * math.pi * radius**2:
+            if area < _ROUND * math.pi * radius**2:
                 continue
-            place = self._lying(pixel, kind, trays)
-            if place is None:
-                continue
-            scale = self._map.px_per_mm(place)
-            size = area / (math.pi * (kind.radius_mm * scale) ** 2)
-            if _SIZES[0] <= size <= _SIZES[1]:
-                found.append(Gear(kind, float(place[0]), float(place[1]), min(size, 1.0)))
+            fits = []
+            for kind in self._types_of(self._colour(outline.reshape(-1, 2), rest, hues)[1]):
+                place = self._lying(pixel, kind, trays)
+                size = 0.0 if place is None else self._size(kind, area, place, float(place[2]))
+                if place is not None and _SIZES[0] <= size <= _SIZES[1]:
+                    gear = Gear(kind, float(place[0]), float(place[1]), min(size, 1.0))
+                    fits.append((abs(math.log(size)), gear))
+            if fits:
+                found.append(min(fits, key=lambda fit: fit[0])[1])
         return found
 
     def _lying(self, pixel: Array, kind: GearType, trays: list[Tray]) -> Array | None:
@@ -170,9 +192,5 @@ class GearFinder:
         share = np.count_nonzero(seen) / np.count_nonzero(inside)
         return share, float(np.median(hues[y : y + h, x : x + w][seen]))
 
-    def _type_of(self, hue: float) -> GearType | None:
-        def away(kind: GearType) -> float:
-            return abs((kind.hue - hue + 180) % 360 - 180)
-
-        nearest = min(self._prior.gears, key=away)
-        return nearest if away(nearest) <= _HUE else None
+    def _types_of(self, hue: float) -> list[GearType]:
+        return [k for k in self._prior.gears if abs((k.hue - hue + 180) % 360 - 180) <= _HUE]

@@ -7,14 +7,18 @@ kits of a number of layouts over Simple Message, in virtual time.
 
 import argparse
 import itertools
+import json
 import math
+import os
 import pathlib
 import random
 import re
+import socket
+import subprocess
 import sys
 import tempfile
 
-from running_cell import BINARIES, ROOT, Controller, Daemon, filled_slots, snapshot
+from running_cell import BINARIES, PATIENCE, ROOT, Controller, Daemon, eventually, filled_slots, snapshot
 
 # On the path that running_cell sets.
 import cell as cells
@@ -22,13 +26,16 @@ from geometry import Pose2
 
 SCENES = ROOT / "world" / "scenes"
 PLACED_MM = 0.5
-PACERS = "gripper.fanuc,gripper.motoman,vision.fanuc,vision.motoman"
+PICTURE_PACERS = "gripper.fanuc,gripper.motoman"
+PACERS = PICTURE_PACERS + ",vision.fanuc,vision.motoman"
 # Part trays of each kit, with the number of gears that the kit takes from them.
 SUPPLIES = {
     "sku_kit_m2l1_vessel": {"sku_medium_gear_vessel": 2, "sku_large_gear_vessel": 1},
     "sku_kit_s2l2_vessel": {"sku_small_gear_vessel": 2, "sku_large_gear_vessel": 2},
 }
 GAP_MM = 4.0  # between trays
+LABELS = 50  # of the dictionary of markers
+MOST_TRAYS = 4  # of a robot, where they fit
 REACH_MARGIN_MM = 15.0
 
 
@@ -54,10 +61,12 @@ def apart(a, b, gap):
 
 
 class Layout:
-    """Trays at random places that do not meet."""
+    """Trays at random places that do not meet. With `any_gears` there are two to MOST_TRAYS trays a robot, as
+    far as they fit, of any type, with any number of gears and any label."""
 
-    def __init__(self, seed):
+    def __init__(self, seed, gap_mm=GAP_MM, any_gears=False):
         self.chances = random.Random(seed)
+        self.gap_mm, self.any_gears = gap_mm, any_gears
         self.cell = cells.read_cell("aprs_2025")
         self.outlines = outlines()
         self.trays = []  # (name, type, pose, slots with gears)
@@ -66,23 +75,35 @@ class Layout:
             pass
 
     def _draw(self):
-        self.trays, self.kits, numbers = [], [], itertools.count(1)
+        self.trays, self.kits = [], []
+        numbers = itertools.count(1)
+        if self.any_gears:
+            numbers = iter(self.chances.sample(range(LABELS), LABELS))
         for robot in self.cell.robots.values():
             placed = []
-            kit = self.chances.choice(sorted(SUPPLIES))
-            for kind in (kit, *SUPPLIES[kit]):
+            for kind, least, most in self._contents():
                 pose = self._place(robot, kind, placed)
-                if pose is None:
+                if pose is None and not self.any_gears:
                     return False
+                if pose is None:
+                    continue
                 placed.append([pose.point(corner) for corner in self.outlines[kind]])
                 slots = [slot.name for slot in self.cell.trays[kind].slots]
-                need = SUPPLIES[kit].get(kind, 0)
-                gears = self.chances.sample(slots, self.chances.randint(need, len(slots))) if need else []
+                gears = self.chances.sample(slots, self.chances.randint(least, most)) if most else []
                 name = f"{robot.name}_{next(numbers):02}"
                 self.trays.append((name, kind, pose, robot.name, gears))
-                if not need:
+                if not most:
                     self.kits.append(name)
         return True
+
+    def _contents(self):
+        """The types of a robot's trays, with the least and greatest number of their gears."""
+        slots = {name: len(tray.slots) for name, tray in self.cell.trays.items()}
+        if self.any_gears:
+            kinds = self.chances.choices(sorted(slots), k=self.chances.randint(2, MOST_TRAYS))
+            return [(kind, 0, slots[kind]) for kind in kinds]
+        kit = self.chances.choice(sorted(SUPPLIES))
+        return [(kit, 0, 0), *((kind, need, slots[kind]) for kind, need in SUPPLIES[kit].items())]
 
     def _place(self, robot, kind, placed):
         (x0, y0), (x1, y1) = robot.view_mm
@@ -98,7 +119,7 @@ class Layout:
             if (
                 all(x0 <= x <= x1 and y0 <= y <= y1 for x, y in corners)
                 and all(near <= math.dist(slot, robot.base_mm[:2]) <= far for slot in slots)
-                and all(apart(corners, other, GAP_MM) for other in placed)
+                and all(apart(corners, other, self.gap_mm) for other in placed)
             ):
                 return pose
         return None
@@ -137,17 +158,64 @@ def wrong_slots(state, cell, kits=None):
     return wrong
 
 
-def fill_kits(scene, kits):
-    """One job in a scene. Its exit code, report, output, wrong slots, and seconds of the cell."""
-    options = ("--time", "virtual", "--pacers", PACERS, "--no-web")
-    daemon = Daemon(BINARIES, "--scene", str(scene), *options)
-    controller = None
+class Vision:
+    """The example of a vision stack beside a cell: it sees the cell's pictures, and its lines take the
+    place of the cell's."""
+
+    def __init__(self, daemon, folder):
+        self.ports_file = folder / "seen.json"
+        self.log = open(folder / "vision.log", "w+", encoding="utf-8")
+        options = ("--cell", "aprs_2025", "--maps", "cell", "--ports-file", str(daemon.ports_file))
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "clients.vision", *options, "--any-port", "--write-ports", str(self.ports_file)],
+            env=os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "clients" / "python")])},
+            stdout=self.log,
+            stderr=self.log,
+        )
+        try:
+            eventually(lambda: self.ports_file.exists() or self.process.poll() is not None, 60, "ports of the vision")
+            self._await_lines()
+        except BaseException:
+            self.close()
+            raise
+
+    def _await_lines(self):
+        if self.process.poll() is not None:
+            raise AssertionError(f"the vision has ended: {self.text()}")
+        ports = json.loads(self.ports_file.read_text(encoding="utf-8"))
+        for name in (name for name in ports if name.startswith("vision.")):
+            with socket.create_connection(("127.0.0.1", ports[name]), 10) as feed:
+                feed.settimeout(120 * PATIENCE)
+                if not feed.recv(1):
+                    raise AssertionError(f"{name} sends no line: {self.text()}")
+
+    def text(self):
+        self.log.seek(0)
+        return self.log.read()
+
+    def close(self):
+        self.process.terminate()
+        self.process.wait(30)
+        self.log.close()
+
+
+def fill_kits(scene, kits, pictures=False):
+    """One job in a scene, in virtual time. Its exit code, report, output, wrong slots, and seconds of the cell.
+    With `pictures` the example of a vision stack gives the lines, which sees pictures only."""
+    pacers = PICTURE_PACERS if pictures else PACERS
+    daemon = Daemon(BINARIES, "--scene", str(scene), "--time", "virtual", "--pacers", pacers, "--no-web")
+    controller = vision = None
     try:
+        ports_file, options = daemon.ports_file, ()
+        if pictures:
+            vision = Vision(daemon, pathlib.Path(scene).parent)
+            ports_file, options = vision.ports_file, ("--polls-per-line", "4")
         controller = Controller(
             *("--cell", "aprs_2025", "--wires", "simple-message", "--clock", "polls", "--poll-ms", "25"),
-            ports_file=daemon.ports_file,
+            *options,
+            ports_file=ports_file,
         )
-        code, report = controller.wait()
+        code, report = controller.wait(1800 if pictures else 120)
         state = snapshot(daemon)
         wrong = wrong_slots(state, cells.read_cell("aprs_2025"), kits)
         if state["world_fault"] or int(state["physics_faults"]):
@@ -156,6 +224,8 @@ def fill_kits(scene, kits):
     finally:
         if controller is not None and controller.process.poll() is None:
             controller.kill()
+        if vision is not None:
+            vision.close()
         daemon.close()
 
 
@@ -163,6 +233,7 @@ def main():
     parser = argparse.ArgumentParser(description="Fill the kits of random layouts.")
     parser.add_argument("--count", type=int, default=20, help="number of layouts (default 20)")
     parser.add_argument("--seed", type=int, default=1, help="seed of the first layout (default 1)")
+    parser.add_argument("--pictures", action="store_true", help="see pictures only, by clients/vision")
     arguments = parser.parse_args()
     failed = 0
     for seed in range(arguments.seed, arguments.seed + arguments.count):
@@ -170,7 +241,7 @@ def main():
         with tempfile.TemporaryDirectory() as folder:
             scene = pathlib.Path(folder) / "scene.yaml"
             scene.write_text(layout.scene(), encoding="utf-8")
-            code, report, text, wrong, seconds = fill_kits(scene, layout.kits)
+            code, report, text, wrong, seconds = fill_kits(scene, layout.kits, arguments.pictures)
         good = code == 0 and not wrong
         failed += not good
         by = {name: robot for name, _, _, robot, _ in layout.trays if name in layout.kits}

@@ -172,6 +172,33 @@ class Environments(unittest.TestCase):
             other.reset(seed=1)
             self.assertTrue((other.render() == cell.camera("motoman_belt").rgb()).all())
 
+    def test_pictures_as_observations(self):
+        with Cell.connect(self.daemon.ports_file) as cell:
+            env = PickEnv(cell, observation="rgb", image_scale=8)
+            self.addCleanup(env.close)
+            first, info = env.reset(seed=1)
+            self.assertEqual((first.shape, first.dtype), ((90, 160, 3), np.uint8))
+            self.assertIn(first, env.observation_space)
+            sample = env.observation_space.sample()
+            self.assertIn(sample, env.observation_space)
+            self.assertNotIn(sample.astype(float), env.observation_space)
+            self.assertEqual(len(info["state"]), len(env.observation_names))
+            whole = cell.camera("fanuc_table").rgb()
+            mean = whole[8:16, 16:24].reshape(64, 3).mean(axis=0).round()
+            self.assertTrue((first[1, 2] == mean).all())
+            after, reward, _, _, info = env.step([1, 0, 0, 0, 1])
+            self.assertTrue((after != first).any())
+            again, _ = env.reset(seed=1)
+            self.assertTrue((again == first).all(), "the same seed, the same picture")
+            other = PickEnv(cell)
+            self.addCleanup(other.close)
+            state, _ = other.reset(seed=1)
+            self.assertEqual(state.shape, (len(env.observation_names),))
+            with self.assertRaisesRegex(BadArgument, "observation"):
+                PickEnv(cell, observation="depth")
+            with self.assertRaisesRegex(BadArgument, "image_scale"):
+                PickEnv(cell, observation="rgb", image_scale=0)
+
     def test_render_nothing_by_default(self):
         with Cell.connect(self.daemon.ports_file) as cell:
             env = PickEnv(cell)

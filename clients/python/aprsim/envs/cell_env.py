@@ -17,7 +17,7 @@ from ..errors import AprsimError, BadArgument, Refused, RobotError, TimedOut, Un
 from ..poses import Array, matrix, tool_down, wrapped, yaw_of
 from ..snapshots import Snapshot
 from .layout import Layout, Transfer
-from .spaces import Box, Env, Vector
+from .spaces import Box, Env, Image, Vector
 
 MOVE_M, TURN_RAD = 0.05, 0.3  # motion of the tool in a step for an action of 1
 _POLL_S, _LEAST_POLLS, _MOST_POLLS = 0.05, 2, 40  # simulated time between polls of a motion
@@ -53,6 +53,7 @@ class CellEnv(Env):
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 10}
     observation_names = OBSERVATION_NAMES
+    _eye: Camera | None = None  # whose pictures are the observations
     _opened = True  # the last command to the gripper
     _is_ready = False  # an episode has begun
     _is_closed = False
@@ -68,14 +69,21 @@ class CellEnv(Env):
         max_steps: int = 200,
         render_mode: str | None = None,
         camera: str | None = None,
+        observation: str = "state",
+        image_scale: int = 4,
     ) -> None:
         """`scene` is for a daemon of its own. The task uses gears and slots within `reach_m` of the
         robot's base. An episode is truncated after `max_steps`. `render_mode` may be "rgb_array", for
-        pictures by `camera`; by default the one over the robot, else the first of the scene."""
+        pictures by `camera`; by default the one over the robot, else the first of the scene.
+        `observation` is "state", the numbers of `observation_names`, or "rgb", a picture by `camera`
+        whose sides are divided by `image_scale`; then `info["state"]` has the numbers."""
         reach_m = arguments.number("reach_m", reach_m, "m", above=0)
         max_steps = arguments.whole("max_steps", max_steps, 1, 1 << 62)
         if render_mode not in (None, "rgb_array"):
             raise arguments.wrong("render_mode", render_mode, 'None or "rgb_array"')
+        if observation not in ("state", "rgb"):
+            raise arguments.wrong("observation", observation, '"state" or "rgb"')
+        self._image_scale = arguments.whole("image_scale", image_scale, 1, 64)
         self.render_mode = render_mode
         self._kept: list[str] = []
         self._owned = cell is None
@@ -91,8 +99,11 @@ class CellEnv(Env):
             self.action_space = Box(-np.ones(5), np.ones(5))
             low = np.array([-2.0] * 6 + [-math.pi, 0.0, 0.0, 0.0])
             high = np.array([2.0] * 6 + [math.pi, 0.2, 1.0, 1.0])
-            self.observation_space = Box(low, high)
+            self._state_space = self.observation_space = Box(low, high)
             self._camera = self._choose_camera(camera) if render_mode else None
+            if observation == "rgb":
+                self._eye = self._camera or self._choose_camera(camera)
+                self.observation_space = self._image_space(self._eye)
             self._begin()
         except BaseException:
             self.close()
@@ -102,7 +113,7 @@ class CellEnv(Env):
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Vector, dict[str, Any]]:
+    ) -> tuple[Vector | Image, dict[str, Any]]:
         """Begin an episode from a saved state and random numbers. The same seed begins the same episode,
         bit for bit; without one the random numbers continue. `options` may have "tray", the kit tray of
         the task, and "slot"."""
@@ -125,7 +136,7 @@ class CellEnv(Env):
 
     def step(
         self, action: npt.ArrayLike
-    ) -> tuple[Vector, float, bool, bool, dict[str, Any]]:
+    ) -> tuple[Vector | Image, float, bool, bool, dict[str, Any]]:
         """Perform an action: five numbers from -1 to 1 for the tool's motion along x, y, z of the world
         (1 = 50 mm), its turn (1 = 0.3 rad) and the gripper (above 0 = open). The step lasts to the end
         of the motion, at least 0.1 s of simulated time. Returns observation, reward, terminated,
@@ -353,7 +364,25 @@ class CellEnv(Env):
         near = float(np.linalg.norm(self._slot_from_gear())) < _SEATED_M
         return near and not self._held() and self._snapshot.body(self._current().gear).resting
 
-    def _observation(self) -> Vector:
+    def _image_space(self, camera: Camera) -> Box:
+        width, height = (side // self._image_scale for side in camera.size)
+        if not width or not height:
+            raise arguments.wrong("image_scale", self._image_scale, f"at most {min(camera.size)}")
+        shape = (height, width, 3)
+        return Box(np.zeros(shape), np.full(shape, 255), dtype=np.uint8)
+
+    def _observation(self) -> Vector | Image:
+        return self._state() if self._eye is None else self._image(self._eye)
+
+    def _image(self, camera: Camera) -> Image:
+        """A picture in which each pixel is the mean of a square of the camera's."""
+        height, width, _ = self.observation_space.shape
+        n = self._image_scale
+        pixels = camera.rgb()[: n * height, : n * width]
+        mean: Image = pixels.reshape(height, n, width, n, 3).mean(axis=(1, 3)).round().astype(np.uint8)
+        return mean
+
+    def _state(self) -> Vector:
         turn = wrapped(self._current().yaw - yaw_of(self._tool()))
         # Half a turn exchanges the fingers, which are the same.
         turn = (turn + math.pi / 2) % math.pi - math.pi / 2
@@ -361,7 +390,7 @@ class CellEnv(Env):
         values = [*self._gear_from_tool(), *self._slot_from_gear(), turn, robot.separation_m]
         values += [float(self._held()), self._filled / max(1, self._count)]
         out = np.array(values, dtype=np.float32)
-        return np.clip(out, self.observation_space.low, self.observation_space.high)
+        return np.clip(out, self._state_space.low, self._state_space.high)
 
     def _info(self, refused: str | None) -> dict[str, Any]:
         transfer = self._current()
@@ -371,6 +400,8 @@ class CellEnv(Env):
             "sim_time_s": self._snapshot.sim_time_s,
             "state_hash": self._snapshot.state_hash,
         }
+        if self._eye is not None:
+            info["state"] = self._state()
         if refused is not None:
             info["refused"] = refused
         return info

@@ -9,16 +9,18 @@ import numpy as np
 import numpy.typing as npt
 
 Vector = npt.NDArray[np.float32]
+Image = npt.NDArray[np.uint8]
+Numbers = type[np.float32] | type[np.uint8]
 
 
 class OwnBox:
-    """The vectors between two bounds."""
+    """The arrays between two bounds, of floats or of bytes."""
 
     def __init__(
-        self, low: npt.ArrayLike, high: npt.ArrayLike, dtype: type[np.float32] = np.float32
+        self, low: npt.ArrayLike, high: npt.ArrayLike, dtype: Numbers = np.float32
     ) -> None:
-        self.low: Vector = np.asarray(low, dtype=dtype)
-        self.high: Vector = np.asarray(high, dtype=dtype)
+        self.low: Vector | Image = np.asarray(low, dtype=dtype)
+        self.high: Vector | Image = np.asarray(high, dtype=dtype)
         if self.low.shape != self.high.shape or not (self.low <= self.high).all():
             raise ValueError("low and high: bounds of the same shape, low <= high, are expected")
         self.shape = self.low.shape
@@ -29,13 +31,18 @@ class OwnBox:
         """Set the seed of `sample`."""
         self._random = np.random.default_rng(seed)
 
-    def sample(self) -> Vector:
-        """A random vector, uniformly distributed."""
+    def sample(self) -> Vector | Image:
+        """A random array, uniformly distributed."""
+        if self.dtype == np.uint8:
+            low, high = self.low.astype(np.int64), self.high.astype(np.int64)
+            return self._random.integers(low, high + 1).astype(np.uint8)
         return self._random.uniform(self.low, self.high).astype(np.float32)
 
     def contains(self, x: object) -> bool:
-        """Whether `x` is a vector of this shape between the bounds."""
+        """Whether `x` is an array of this shape and kind between the bounds."""
         if not isinstance(x, np.ndarray) or x.shape != self.shape:
+            return False
+        if not np.can_cast(x.dtype, self.dtype):
             return False
         return bool(((x >= self.low) & (x <= self.high)).all())
 
