@@ -90,9 +90,11 @@ class JobTest(KittingTest):
         self.daemon.close()
         return state["step"], state["state_hash"], report
 
-    def test_both_robots_fill_all_kits(self):
-        _, _, report = self.run_once("simple-message", "gripper.fanuc,gripper.motoman")
-        self.assertEqual(report["counts"].get("robot_error", 0), 0)
+    def test_both_robots_fill_all_kits_the_same_way_every_time(self):
+        first = self.run_once("simple-message", "gripper.fanuc,gripper.motoman")
+        self.assertEqual(first[2]["counts"].get("robot_error", 0), 0)
+        again = self.run_once("simple-message", "gripper.fanuc,gripper.motoman")
+        self.assertEqual(first[:2], again[:2])
 
     def test_both_generations_at_once(self):
         _, _, report = self.run_once("fanuc=simple-message,motoman=crcl", "gripper.fanuc,crcl.motoman")

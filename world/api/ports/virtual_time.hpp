@@ -25,7 +25,7 @@ struct PacerRole {
   std::string name;  ///< "crcl.fanuc", "modbus", "vision.fanuc"
   PacerKind kind = PacerKind::kClient;
   EndpointId endpoint = 0;  ///< of its commands
-  int robot = -1;           ///< whose frames a feed forwards
+  int robot = -1;           ///< whose frames a feed forwards; negative = none
 };
 
 /// The listeners' side of virtual time. Thread: any.

@@ -25,12 +25,12 @@ std::optional<api::PacerId> VirtualClock::join(api::PacerRole role, std::functio
   std::optional<api::PacerId> id;
   {
     const std::lock_guard lock(mutex_);
-    const bool feed = role.kind == api::PacerKind::kFeed;
+    const bool forwards_frames = role.kind == api::PacerKind::kFeed && role.robot >= 0;
     const int robot = role.robot;
     id = barrier_.join(std::move(role), wall_now());
     if (!id) return id;
     reached_[*id] = std::move(reached);
-    if (feed) feeds_[*id] = {.robot = robot};
+    if (forwards_frames) feeds_[*id] = {.robot = robot};
   }
   wake_();
   return id;

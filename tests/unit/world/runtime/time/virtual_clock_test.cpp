@@ -31,5 +31,24 @@ TEST(VirtualClock, CountsARequestFromItsSnapshotOn) {
   EXPECT_EQ(clock.turn({}).due, 3U);
 }
 
+// A feed of states has no camera whose frames could end its request early.
+TEST(VirtualClock, AFeedWithoutFramesKeepsItsPeriod) {
+  VirtualClock clock({.pacers = {"crcl.fanuc"}, .grace = 0s}, 1ms, [] {});
+  int reached = 0;
+  const auto feed =
+      clock.join({.name = "state.fanuc", .kind = api::PacerKind::kFeed}, [&] { ++reached; });
+  const auto client = clock.join({.name = "crcl.fanuc", .endpoint = 16}, [] {});
+  ASSERT_TRUE(feed && client);
+  clock.request_until(*feed, 24ms);
+  clock.request_until(*client, 25ms);
+  const api::Snapshot snapshot;
+  for (int step = 1; step <= 24; ++step) {
+    EXPECT_EQ(reached, 0) << step;
+    clock.stepped();
+    clock.published(snapshot, {});
+  }
+  EXPECT_EQ(reached, 1);
+}
+
 }  // namespace
 }  // namespace aprsim::world
