@@ -103,14 +103,21 @@ class GearFinder:
         if not kinds:
             return None
         radius = max(kind.radius_mm for kind in kinds)
-        circle = self._circle(centre, radius + _MARGIN_MM, z_mm)
+        window, _ = self._within(centre, radius, z_mm, coloured)
+        area = cv2.countNonZero(window)
+        return min(kinds, key=lambda kind: abs(math.log(self._size(kind, area, centre, z_mm))))
+
+    def _within(
+        self, centre: Array, radius_mm: float, z_mm: float, coloured: Array
+    ) -> tuple[Array, tuple[int, int]]:
+        """The coloured pixels of a circle and a margin, in a window, and the window's corner."""
+        circle = self._circle(centre, radius_mm + _MARGIN_MM, z_mm)
         x, y, w, h = cv2.boundingRect(circle)
         x0, y0 = max(x, 0), max(y, 0)
         window = coloured[y0 : y + h, x0 : x + w]
         inside = np.zeros_like(window)
         cv2.fillPoly(inside, [circle - np.array([x0, y0], np.int32)], 255)
-        area = cv2.countNonZero(window & inside)
-        return min(kinds, key=lambda kind: abs(math.log(self._size(kind, area, centre, z_mm))))
+        return window & inside, (x0, y0)
 
     def _size(self, kind: GearType, area_px: float, place: Array, z_mm: float) -> float:
         """An area as share of a type's."""
@@ -121,15 +128,8 @@ class GearFinder:
         """Centre of the coloured pixels within a circle that follows them. The peg leaves no hole."""
         centre = start
         for _ in range(3):
-            circle = self._circle(centre, radius_mm + _MARGIN_MM, z_mm)
-            x, y, w, h = cv2.boundingRect(circle)
-            x0, y0 = max(x, 0), max(y, 0)
-            window = coloured[y0 : y + h, x0 : x + w]
-            inside = np.zeros_like(window)
-            cv2.fillPoly(inside, [circle - np.array([x0, y0], np.int32)], 255)
-            outlines, _ = cv2.findContours(
-                window & inside, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE
-            )
+            window, (x0, y0) = self._within(centre, radius_mm, z_mm, coloured)
+            outlines, _ = cv2.findContours(window, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
             if not outlines:
                 return start
             filled = np.zeros_like(window)

@@ -66,6 +66,20 @@ class TimedStream : public testing::TestWithParam<const char*> {
   std::string append(std::vector<api::TrajectoryPoint> points, bool begins = false) {
     return rig.send(api::AppendPoints{rig.stream, begins, std::move(points)});
   }
+  /// Follows one point, at a speed, and the stop behind it; returns the point.
+  api::TrajectoryPoint follow_until_moving(SimTime time) {
+    auto point = rest_point();
+    point.acceleration_rad_s2.clear();
+    point.time = time;
+    point.position_rad[0] += 0.1;
+    point.velocity_rad_s[0] = 0.4;
+    EXPECT_EQ(append({point}), "");
+    rig.forget();
+    rig.finish();
+    EXPECT_GT(rig.controller().reference()(0), point.position_rad[0]);
+    EXPECT_LE(rig.effort().accel, 1.2);
+    return point;
+  }
   StreamRig rig{GetParam()};
 };
 
@@ -319,16 +333,7 @@ TEST_P(TimedStream, APauseMayEndTheCurve) {
 }
 
 TEST_P(TimedStream, PointsThatEndAtASpeedAreFollowedByAStop) {
-  auto point = rest_point();
-  point.acceleration_rad_s2.clear();
-  point.time = milliseconds(500);
-  point.position_rad[0] += 0.1;
-  point.velocity_rad_s[0] = 0.4;
-  ASSERT_EQ(append({point}), "");
-  rig.forget();
-  rig.finish();
-  EXPECT_GT(rig.controller().reference()(0), point.position_rad[0]);
-  EXPECT_LE(rig.effort().accel, 1.2);
+  auto point = follow_until_moving(milliseconds(500));
   // Time stands meanwhile, and the next point goes on from there.
   EXPECT_EQ(rig.motion().time, milliseconds(500));
   point.time = milliseconds(1500);
@@ -342,17 +347,8 @@ TEST_P(TimedStream, PointsThatEndAtASpeedAreFollowedByAStop) {
 }
 
 TEST_P(TimedStream, AnEndAtASpeedWithinAStepIsNoJerk) {
-  auto point = rest_point();
-  point.acceleration_rad_s2.clear();
   // A quarter of the last step belongs to the curve.
-  point.time = std::chrono::microseconds(499'250);
-  point.position_rad[0] += 0.1;
-  point.velocity_rad_s[0] = 0.4;
-  ASSERT_EQ(append({point}), "");
-  rig.forget();
-  rig.finish();
-  EXPECT_GT(rig.controller().reference()(0), point.position_rad[0]);
-  EXPECT_LE(rig.effort().accel, 1.2);
+  follow_until_moving(std::chrono::microseconds(499'250));
 }
 
 TEST_P(TimedStream, IncrementsMayBeFedAsLines) {
