@@ -141,6 +141,12 @@ class Order(WithDaemon):
             PickEnv(env.cell, reach_m=0)
 
 
+class Policy(unittest.TestCase):
+    def test_refuses_a_picture(self):
+        with self.assertRaisesRegex(BadArgument, "observation: .*10 finite numbers"):
+            scripted_action(np.zeros((4, 4, 3), dtype=np.uint8))
+
+
 class Own(unittest.TestCase):
     def test_runs_and_ends_a_daemon_of_its_own(self):
         env = PickEnv()

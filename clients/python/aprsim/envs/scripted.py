@@ -6,8 +6,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import numpy.typing as npt
 
-from .cell_env import APPROACH_M, MOVE_M, TURN_RAD
+from .. import arguments
+from .cell_env import APPROACH_M, MOVE_M, OBSERVATION_NAMES, TURN_RAD
 from .spaces import Vector
 
 _AT_M, _AT_RAD = 0.001, 0.01  # tolerance of an arrival
@@ -15,9 +17,10 @@ _CLEAR_M = 0.8 * APPROACH_M  # least height for a sideways motion
 _DROP_M = 0.0005  # height above the slot at the release
 
 
-def scripted_action(observation: Vector) -> Vector:
-    """The next action: above the gear, down, close, up, above the slot, down, open."""
-    values = [float(value) for value in observation]
+def scripted_action(observation: npt.ArrayLike) -> Vector:
+    """The next action: above the gear, down, close, up, above the slot, down, open. BadArgument where
+    the observation is not the numbers of `OBSERVATION_NAMES`, as a picture is not."""
+    values = arguments.vector("observation", observation, len(OBSERVATION_NAMES), "").tolist()
     gear, slot = values[0:3], values[3:6]
     turn, held = values[6], values[8] > 0.5
     if held:
