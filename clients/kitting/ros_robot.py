@@ -44,7 +44,8 @@ class RosRobot:
         self.last: Status | None = None
         self._links: dict[str, wire.Connection] = {}
         self._joints: list[float] = []  # measured, of the latest state
-        self._before: list[float] = []  # of the one before
+        # Measured before the latest poll with a state; states of one poll may be of one moment.
+        self._before: list[float] = []
         self._status: tuple[int, ...] | None = None
         self._states = 0  # that have come on this connection
         self._at: list[float] | None = None  # where the last motion has ended
@@ -164,8 +165,11 @@ class RosRobot:
         try:
             self._ask_gripper()
             link = self._link("state")
+            before, states = self._joints, self._states
             while link.readable():
                 self._take_state(link.receive())
+            if self._states != states:
+                self._before = before
         except wire.WireError as error:
             self.close()
             raise RobotLost(f"{self.name}: {error}") from error
@@ -214,7 +218,6 @@ class RosRobot:
         if wire.kind_of(message) == wire.STATUS:
             self._status = wire.status_of(message)
             return
-        self._before = self._joints
         self._joints = self.from_wire(wire.joints_of(message, len(self.chain.joints)))
         self._states += 1
 
