@@ -18,6 +18,7 @@ void MotomanQueue::begin(std::int64_t time_ms) {
   begins_ = true;
   handed_.clear();
   waiting_.clear();
+  off_clock_ms_.clear();
 }
 
 void MotomanQueue::clear() { begin(end_ms_); }
@@ -45,15 +46,35 @@ void MotomanQueue::check_handed(const api::Snapshot& now) {
   }
 }
 
-std::int64_t MotomanQueue::time_left_ms(const api::Snapshot& now) const {
-  const std::int64_t whole = end_ms_ - origin_ms_;
-  if (whole == 0 || begins_ || now.applied < begun_) return whole;
+std::int64_t MotomanQueue::passed_ms(const api::Snapshot& now) const {
+  if (begins_ || now.applied < begun_) return 0;
   const auto passed = std::chrono::floor<std::chrono::milliseconds>(link_.robot(now).motion.time);
-  return std::max<std::int64_t>(whole - passed.count(), 0);
+  return std::min<std::int64_t>(passed.count(), whole_ms());
+}
+
+/// One increment ends at each tick of the clock, and one at each point between two ticks.
+std::int64_t MotomanQueue::increments(std::int64_t from_ms, std::int64_t to_ms) const {
+  const std::int64_t clock = clock_.count();
+  const auto points = std::ranges::count_if(
+      off_clock_ms_, [&](std::int64_t point) { return point > from_ms && point <= to_ms; });
+  return to_ms / clock - from_ms / clock + points;
+}
+
+/// When the queue is full, if its first increment begins then.
+std::int64_t MotomanQueue::full_at_ms(std::int64_t from_ms) const {
+  const std::int64_t clock = clock_.count();
+  const auto tick_after = [clock](std::int64_t time) { return (time / clock + 1) * clock; };
+  std::int64_t time = from_ms;
+  for (std::int64_t i = 0; i < kIncrements; ++i) {
+    const std::int64_t tick = tick_after(time);
+    const auto point = std::ranges::upper_bound(off_clock_ms_, time);
+    time = point == off_clock_ms_.end() ? tick : std::min(tick, *point);
+  }
+  return time;
 }
 
 bool MotomanQueue::is_cutting(const api::Snapshot& now) const {
-  return !waiting_.empty() || time_left_ms(now) > kIncrements * clock_.count();
+  return !waiting_.empty() || increments(passed_ms(now), whole_ms()) > kIncrements;
 }
 
 std::optional<SimTime> MotomanQueue::drop_uncut(const api::Snapshot& now) {
@@ -61,15 +82,15 @@ std::optional<SimTime> MotomanQueue::drop_uncut(const api::Snapshot& now) {
     clear();
     return std::nullopt;
   }
-  const std::int64_t left = time_left_ms(now), queued = kIncrements * clock_.count();
-  if (left <= queued) return std::nullopt;
-  end_ms_ -= left - queued;
-  return std::chrono::milliseconds(end_ms_ - origin_ms_);
+  if (!is_cutting(now)) return std::nullopt;
+  const std::int64_t end_ms = full_at_ms(passed_ms(now));
+  std::erase_if(off_clock_ms_, [end_ms](std::int64_t point) { return point > end_ms; });
+  end_ms_ = origin_ms_ + end_ms;
+  return std::chrono::milliseconds(end_ms);
 }
 
 std::int64_t MotomanQueue::count(const api::Snapshot& now) const {
-  const std::int64_t clock = clock_.count();
-  return std::min(kIncrements, (time_left_ms(now) + clock - 1) / clock);
+  return std::min(kIncrements, increments(passed_ms(now), whole_ms()));
 }
 
 Result<void> MotomanQueue::add(std::int64_t time_ms, JointVector position_rad,
@@ -84,6 +105,7 @@ Result<void> MotomanQueue::add(std::int64_t time_ms, JointVector position_rad,
     return added;
   }
   end_ms_ = time_ms;
+  if (whole_ms() % clock_.count() != 0) off_clock_ms_.push_back(whole_ms());
   return {};
 }
 

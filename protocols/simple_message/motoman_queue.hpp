@@ -53,7 +53,10 @@ class MotomanQueue {
   };
 
   [[nodiscard]] Result<void> append(bool begins, Point point);
-  [[nodiscard]] std::int64_t time_left_ms(const api::Snapshot& now) const;
+  [[nodiscard]] std::int64_t whole_ms() const { return end_ms_ - origin_ms_; }
+  [[nodiscard]] std::int64_t passed_ms(const api::Snapshot& now) const;
+  [[nodiscard]] std::int64_t increments(std::int64_t from_ms, std::int64_t to_ms) const;
+  [[nodiscard]] std::int64_t full_at_ms(std::int64_t from_ms) const;
   [[nodiscard]] bool stands(const api::Snapshot& now) const;
   [[nodiscard]] bool takes_points(const api::Snapshot& now) const;
   void check_handed(const api::Snapshot& now);
@@ -63,7 +66,8 @@ class MotomanQueue {
   api::Ticket stream_ = 0;
   api::Ticket begun_ = 0, latest_ = 0;  // the command that began the trajectory; the latest one
   std::int64_t origin_ms_ = 0, end_ms_ = 0;
-  bool begins_ = true;  // the next point begins a trajectory
+  std::vector<std::int64_t> off_clock_ms_;  // points between two ticks, from the origin, ascending
+  bool begins_ = true;                      // the next point begins a trajectory
   /// Handed over, and not yet known to be accepted.
   std::deque<std::pair<api::Ticket, Point>> handed_;
   std::vector<Point> waiting_;  // for the robot to stand

@@ -13,6 +13,7 @@
 #include "protocols/ports/wire_faults.hpp"
 #include "protocols/simple_message/fanuc_controller.hpp"
 #include "protocols/simple_message/motoman_controller.hpp"
+#include "protocols/simple_message/state_cadence.hpp"
 
 namespace aprsim::simple_message {
 namespace {
@@ -283,8 +284,7 @@ void SimpleMessageServer::Impl::follow_cell() {
 }
 
 void SimpleMessageServer::Impl::keep_sending_states(std::chrono::steady_clock::time_point due) {
-  // A machine that was late does not send the missed periods at once.
-  const auto next = std::max(due + controller_->state_period(), std::chrono::steady_clock::now());
+  const auto next = next_state(due, controller_->state_period(), std::chrono::steady_clock::now());
   state_timer_.expires_at(next);
   state_timer_.async_wait([this, next](const error_code& cancelled) {
     if (!cancelled && !service_.draining()) keep_sending_states(next);

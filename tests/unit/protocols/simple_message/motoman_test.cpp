@@ -319,6 +319,33 @@ TEST_F(MotomanPorts, WhatALostClientHasNotInTheQueueIsLost) {
   EXPECT_EQ(control(next, MotionCommand::kCheckQueueCount), (Outcome{0, 25}));
 }
 
+TEST_F(MotomanPorts, APointBetweenTwoTicksEndsAnIncrement) {
+  SimpleMessageClient client(ports_.motion);
+  start_mode(client);
+  send(client, point(0, 0));
+  send(client, point(1, 0.301F));
+  EXPECT_EQ(control(client, MotionCommand::kCheckQueueCount), (Outcome{0, 76}));
+  send(client, point(2, 0.402F));
+  EXPECT_EQ(control(client, MotionCommand::kCheckQueueCount), (Outcome{0, 102}));
+  change([](auto& robot) { robot.motion.time = std::chrono::milliseconds(300); });
+  EXPECT_EQ(control(client, MotionCommand::kCheckQueueCount), (Outcome{0, 27}));
+  change([](auto& robot) { robot.motion.time = std::chrono::milliseconds(301); });
+  EXPECT_EQ(control(client, MotionCommand::kCheckQueueCount), (Outcome{0, 26}));
+}
+
+TEST_F(MotomanPorts, PointsBetweenTicksFillTheQueue) {
+  {
+    SimpleMessageClient client(ports_.motion);
+    start_mode(client);
+    send(client, point(0, 0));
+    for (int i = 1; i <= 10; ++i) send(client, point(i, 0.05F * static_cast<float>(i) + 0.001F));
+    EXPECT_EQ(send(client, point(11, 2)), (Outcome{0, 0}));
+  }
+  ASSERT_TRUE(eventually([&] { return cell_.actions<api::PauseStream>().size() == 1; }));
+  // Ten of the 200 increments end at points: 190 ticks of 4 ms.
+  EXPECT_EQ(cell_.actions<api::PauseStream>().front().ends_at, std::chrono::milliseconds(760));
+}
+
 TEST_F(MotomanPorts, ANewClientTakesThePlaceOfAnIdleOneOnly) {
   SimpleMessageClient first(ports_.motion);
   start_mode(first);

@@ -2,6 +2,7 @@
 #include <string>
 
 #include "protocols/record/wire_tap.hpp"
+#include "protocols/simple_message/state_cadence.hpp"
 #include "tests/unit/protocols/simple_message/server_fixture.hpp"
 
 namespace aprsim::simple_message {
@@ -16,6 +17,16 @@ class Transport : public testing::ServerTest {
 
   static void ping(SimpleMessageClient& client) { client.ask<Ping>(MessageType::kPing, Ping{}); }
 };
+
+TEST(StateCadence, ALateMachineSendsNoStateTwice) {
+  using std::chrono::milliseconds;
+  const std::chrono::steady_clock::time_point due{milliseconds(1000)};
+  EXPECT_EQ(next_state(due, milliseconds(25), due + milliseconds(1)), due + milliseconds(25));
+  for (const int late_ms : {25, 26, 410}) {
+    const auto now = due + milliseconds(late_ms);
+    EXPECT_EQ(next_state(due, milliseconds(25), now), now + milliseconds(25));
+  }
+}
 
 TEST_F(Transport, ASilentStatePortStaysOpen) {
   start();
