@@ -152,7 +152,8 @@ constexpr std::array kExamples{
     Entry{"aprsim conveyor status --json | jq .speed_m_s", "Prints the speed of the belt."},
 };
 
-/// Escapes text for mdoc: no macros, no escapes, hyphens that can be copied.
+/// Escapes text for mdoc: no macros, no escapes, hyphens that can be copied. A line may break after
+/// a bar, so that long lists of values fit.
 std::string plain(std::string_view text) {
   std::string out;
   for (const char c : text) {
@@ -160,6 +161,8 @@ std::string plain(std::string_view text) {
       out += "\\e";
     } else if (c == '-') {
       out += "\\-";
+    } else if (c == '|') {
+      out += "|\\:";
     } else {
       out += c;
     }
