@@ -153,22 +153,30 @@ class Http2:
 class Daemon:
     """aprsimd on ports of its own, with what it uses measured, and little memory for its past, so
     that what else grows is seen. `log_pipe`: its log goes into a pipe that nobody reads; `files`:
-    its hard limit of open files."""
+    its hard limit of open files; `before`: words before its program; `enter`: called in its process
+    before the program starts."""
 
     LITTLE_PAST = ("--set", "history.max_mb=16", "--set", "journal.memory_mb=16")
 
-    def __init__(self, binaries, *arguments, log_pipe=False, files=None):
+    def __init__(self, binaries, *arguments, log_pipe=False, files=None, before=(), enter=None):
         self.binaries = binaries
+
+        def begin():
+            if files:
+                resource.setrlimit(resource.RLIMIT_NOFILE, (files, files))
+            if enter:
+                enter()
+
         self.folder = tempfile.TemporaryDirectory(prefix="aprsim-attack-")
         ports = os.path.join(self.folder.name, "ports.json")
         self.log = open(os.path.join(self.folder.name, "log"), "wb")
         self.pipe = os.pipe() if log_pipe else ()
         self.process = subprocess.Popen(
-            [os.path.join(binaries, "aprsimd"), "--any-port", "--ports-file", ports]
+            [*before, os.path.join(binaries, "aprsimd"), "--any-port", "--ports-file", ports]
             + [*self.LITTLE_PAST, *arguments],
             stdout=self.log,
             stderr=self.pipe[1] if log_pipe else subprocess.STDOUT,
-            preexec_fn=files and (lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (files, files))),
+            preexec_fn=begin if files or enter else None,
         )
         deadline = time.monotonic() + 60
         while not os.path.exists(ports):
