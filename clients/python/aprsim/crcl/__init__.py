@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass, field
+from typing import Mapping
 
 import numpy as np
 import numpy.typing as npt
@@ -83,17 +84,19 @@ def move_to(tool_in_reference: npt.ArrayLike, *, straight: bool) -> Command:
     return Command("MoveTo", (_element("MoveStraight", str(straight).lower()), end_position))
 
 
-def move_joints(positions: dict[int, float], speed: float) -> Command:
-    """ActuateJoints: move joints by number, in the robot's convention; `speed` in its unit per second."""
+def move_joints(positions: dict[int, float], speed: float | Mapping[int, float]) -> Command:
+    """ActuateJoints: move joints by number, in the robot's convention; `speed` in its unit per second, one
+    for all joints or one for each."""
     joints = []
     for number, position in positions.items():
+        own = speed[number] if isinstance(speed, Mapping) else speed
         joint = _element("ActuateJoint")
         joint.append(_element("JointNumber", str(number)))
         place = arguments.number(f"positions[{number}]", position)
         joint.append(_element("JointPosition", _number(place)))
         details = _element("JointDetails")
         details.set(f"{{{_XSI}}}type", "JointSpeedAccelType")
-        details.append(_element("JointSpeed", _number(arguments.number("speed", speed, above=0))))
+        details.append(_element("JointSpeed", _number(arguments.number("speed", own, above=0))))
         joint.append(details)
         joints.append(joint)
     return Command("ActuateJoints", tuple(joints))

@@ -1,90 +1,79 @@
-"""The common part of the tasks: the cell, the robot's actions, observations, resets."""
+"""The common part of the tasks: the cell, actions, time limits, pictures, resets."""
 
 from __future__ import annotations
 
 import contextlib
-import math
-from typing import Any
+from typing import TYPE_CHECKING, Any, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
-from .. import arguments, crcl
+from .. import arguments
 from ..cameras import Camera
 from ..cell import Cell
 from ..daemon import Daemon
-from ..errors import AprsimError, BadArgument, Refused, RobotError, TimedOut, Unreachable
-from ..poses import Array, matrix, tool_down, wrapped, yaw_of
-from ..snapshots import Snapshot
-from .layout import Layout, Transfer
+from ..errors import AprsimError, BadArgument, TimedOut, Unreachable
+from ..poses import Array
+from ..robot import Robot
+from .actions import FIELDS, actions_named
+from .arm import Arm
 from .spaces import Box, Env, Image, Vector
 
-MOVE_M, TURN_RAD = 0.05, 0.3  # motion of the tool in a step for an action of 1
-_POLL_S, _LEAST_POLLS, _MOST_POLLS = 0.05, 2, 40  # simulated time between polls of a motion
-APPROACH_M = 0.06  # height above the place where a gear is grasped or released
-_SPEED_M_S = 0.5
-_STILL_M, _STILL_RAD = 1e-6, 1e-6  # a smaller action is no motion
-_WORKING = 2  # ActionState
-_FIELDS = ("step", "epoch", "sim_time", "robots", "bodies", "world_fault", "state_hash")
-_SEATED_M = 0.001
-_MAX_KEPT = 32  # saved states of one environment
+if TYPE_CHECKING:
+    from ..snapshots import Snapshot
 
-OBSERVATION_NAMES = (
-    "gear_from_tool_x_m",
-    "gear_from_tool_y_m",
-    "gear_from_tool_z_m",
-    "slot_from_gear_x_m",
-    "slot_from_gear_y_m",
-    "slot_from_gear_z_m",
-    "turn_to_clear_rad",
-    "opening_m",
-    "held",
-    "filled",
-)
+_MAX_KEPT = 32  # saved states of one environment
+_MOST_STEPS = 1 << 62
 
 
 class CellEnv(Env):
-    """A task of one robot in a paused cell, with Gymnasium's signatures. Subclasses define the begin of
-    an episode (`_prepare`), its value (`_potential`) and its end (`_is_done`).
+    """A task in a paused cell, with Gymnasium's signatures. Subclasses define the begin of an episode
+    (`_prepare`), its value (`_potential`), its ends (`_is_done`, `_is_lost`) and its observation
+    (`_values`).
 
     Without a cell the environment starts a daemon of its own, which ends with `close` or with this
     process. A cell that is given is paused and belongs to the environment until `close`. Errors are
-    those of the cell, and BadArgument. Thread: one."""
+    those of the cell, and BadArgument. Thread: one at a time."""
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 10}
-    observation_names = OBSERVATION_NAMES
+    observation_names: tuple[str, ...] = ()
+    """Names and units of the numbers of an observation."""
+    option_names: tuple[str, ...] = ()
+    """The options that `reset` knows."""
     _eye: Camera | None = None  # whose pictures are the observations
-    _opened = True  # the last command to the gripper
     _is_ready = False  # an episode has begun
     _is_closed = False
-    _plan: list[Transfer] = []
+    _speed_m_s = 0.5
 
     def __init__(
         self,
         cell: Cell | None = None,
         *,
-        robot: str = "fanuc",
+        robots: Sequence[str] = ("fanuc",),
         scene: str = "aprs",
-        reach_m: float = 0.62,
-        max_steps: int = 200,
+        max_steps: int | None = 200,
         render_mode: str | None = None,
         camera: str | None = None,
         observation: str = "state",
         image_scale: int = 4,
+        action: str = "pose",
+        rate_hz: float | None = None,
     ) -> None:
-        """`scene` is for a daemon of its own. The task uses gears and slots within `reach_m` of the
-        robot's base. An episode is truncated after `max_steps`. `render_mode` may be "rgb_array", for
-        pictures by `camera`; by default the one over the robot, else the first of the scene.
-        `observation` is "state", the numbers of `observation_names`, or "rgb", a picture by `camera`
-        whose sides are divided by `image_scale`; then `info["state"]` has the numbers."""
-        reach_m = arguments.number("reach_m", reach_m, "m", above=0)
-        max_steps = arguments.whole("max_steps", max_steps, 1, 1 << 62)
+        """`scene` is for a daemon of its own. An episode is truncated after `max_steps`; None = never.
+        `render_mode` may be "rgb_array", for pictures by `camera`; by default the one over the robot, else
+        the first of the scene. `observation` is "state", the numbers of `observation_names`, or "rgb", a
+        picture by `camera` whose sides are divided by `image_scale`; then `info["state"]` has the numbers.
+        `action` is "pose" or "joint_velocity" (`aprsim.envs.actions`), the latter at `rate_hz`, 1 to
+        250 Hz, by default 20."""
+        if max_steps is not None:
+            max_steps = arguments.whole("max_steps", max_steps, 1, _MOST_STEPS)
         if render_mode not in (None, "rgb_array"):
             raise arguments.wrong("render_mode", render_mode, 'None or "rgb_array"')
         if observation not in ("state", "rgb"):
             raise arguments.wrong("observation", observation, '"state" or "rgb"')
         self._image_scale = arguments.whole("image_scale", image_scale, 1, 64)
         self.render_mode = render_mode
+        self.max_steps = max_steps
         self._kept: list[str] = []
         self._owned = cell is None
         self._daemon = None if cell is not None else Daemon(scene=scene, speed="stepped")
@@ -92,18 +81,9 @@ class CellEnv(Env):
             self.cell = cell or Cell.connect(self._daemon.ports_file if self._daemon else None)
             if not self.cell.paused:
                 self.cell.pause()
-            self.robot = self.cell.robot(robot)
-            self.max_steps = max_steps
-            self._reach_m = reach_m
-            self._poll_steps = round(_POLL_S / self.cell.step_s)
-            self.action_space = Box(-np.ones(5), np.ones(5))
-            low = np.array([-2.0] * 6 + [-math.pi, 0.0, 0.0, 0.0])
-            high = np.array([2.0] * 6 + [math.pi, 0.2, 1.0, 1.0])
-            self._state_space = self.observation_space = Box(low, high)
-            self._camera = self._choose_camera(camera) if render_mode else None
-            if observation == "rgb":
-                self._eye = self._camera or self._choose_camera(camera)
-                self.observation_space = self._image_space(self._eye)
+            self._actions = actions_named(action, self.cell, rate_hz)
+            self._arms = [Arm(self.cell.robot(name), self._actions) for name in robots]
+            self._define_spaces(observation, camera)
             self._begin()
         except BaseException:
             self.close()
@@ -115,21 +95,19 @@ class CellEnv(Env):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Vector | Image, dict[str, Any]]:
         """Begin an episode from a saved state and random numbers. The same seed begins the same episode,
-        bit for bit; without one the random numbers continue. `options` may have "tray", the kit tray of
-        the task, and "slot"."""
+        bit for bit; without one the random numbers continue. `options` may have the keys of
+        `option_names`."""
         self._check_open("reset")
         self._is_ready = False
         super().reset(seed=None if seed is None else arguments.whole("seed", seed, 0, 1 << 62))
         chosen = options or {}
-        unknown = set(chosen) - {"tray", "slot"}
+        unknown = set(chosen) - set(self.option_names)
         if unknown:
-            raise BadArgument(f"options: {sorted(unknown)}, where tray and slot are known")
+            known = " and ".join(self.option_names) or "none"
+            raise BadArgument(f"options: {sorted(unknown)}, where {known} are known")
         self._taken_steps = 0
-        self._filled = 0
-        self._plan = self._prepare(chosen)
-        self._count = len(self._plan)
-        self._last = self._plan[-1]
-        self._snapshot = self.cell.snapshot(_FIELDS)
+        self._prepare(chosen)
+        self._snapshot = self.cell.snapshot(FIELDS)
         self._value = self._potential()
         self._is_ready = True
         return self._observation(), self._info(None)
@@ -137,30 +115,27 @@ class CellEnv(Env):
     def step(
         self, action: npt.ArrayLike
     ) -> tuple[Vector | Image, float, bool, bool, dict[str, Any]]:
-        """Perform an action: five numbers from -1 to 1 for the tool's motion along x, y, z of the world
-        (1 = 50 mm), its turn (1 = 0.3 rad) and the gripper (above 0 = open). The step lasts to the end
-        of the motion, at least 0.1 s of simulated time. Returns observation, reward, terminated,
-        truncated, info. AprsimError without an episode: `reset` begins one."""
+        """Perform an action: numbers from -1 to 1. Those of the kind "pose" are the tool's motion along x,
+        y, z of the world (1 = 50 mm), its turn (1 = 0.3 rad) and the gripper (above 0 = open); the step
+        lasts to the end of the motion, at least 0.1 s of simulated time. Returns observation, reward,
+        terminated, truncated, info. AprsimError without an episode: `reset` begins one."""
         self._check_open("step")
         if not self._is_ready:
             raise AprsimError("step: no episode has begun; call reset() first")
-        values = np.clip(arguments.vector("action", action, 5, "-1 to 1"), -1.0, 1.0)
-        self._command(values)
-        refused = self._await_end()
+        values = arguments.vector("action", action, self._action_size, "-1 to 1")
+        refused = self._perform(np.clip(values, -1.0, 1.0))
         self._taken_steps += 1
-        lost = self._gear_is_lost() or bool(self._snapshot.world_fault)
+        lost = self._is_lost() or bool(self._snapshot.world_fault)
         value = self._potential() if not lost else self._value - 1.0
         reward = value - self._value
         done = False
         if not lost and self._is_done():
             reward += 1.0
-            self._filled += 1
-            self._plan = self._plan[1:]
-            done = not self._plan
+            done = not self._next_goal()
             value = value if done else self._potential()
         self._value = value
         terminated = lost or done
-        truncated = not terminated and self._taken_steps >= self.max_steps
+        truncated = not terminated and self._taken_steps >= (self.max_steps or _MOST_STEPS)
         info = self._info(refused)
         info["is_success"] = done
         return self._observation(), float(reward), terminated, truncated, info
@@ -185,6 +160,82 @@ class CellEnv(Env):
             self._daemon.close()
             self._daemon = None
 
+    @property
+    def robot(self) -> Robot:
+        """The first robot of the task."""
+        return self._arms[0].robot
+
+    def snapshot(self) -> Snapshot:
+        """The cell after the last step, with the fields of `actions.FIELDS`."""
+        return self._snapshot
+
+    def scripted_action(self, state: npt.ArrayLike) -> Vector:
+        """An action that leads to the task's end, from the numbers of `observation_names`."""
+        raise AprsimError(f"{type(self).__name__} has no scripted policy")
+
+    # -- tasks --------------------------------------------------------------------------------
+
+    def _bounds(self) -> tuple[Sequence[float], Sequence[float]]:
+        """Lowest and highest numbers of an observation."""
+        raise NotImplementedError
+
+    def _begin_task(self) -> None:
+        """Prepare the cell once, before the state is saved that all episodes begin with."""
+
+    def _prepare(self, options: dict[str, Any]) -> None:
+        """Bring the cell to the begin of an episode."""
+        raise NotImplementedError
+
+    def _potential(self) -> float:
+        """The progress of the task. Its increase is the reward."""
+        raise NotImplementedError
+
+    def _is_done(self) -> bool:
+        """Whether the present goal is reached."""
+        raise NotImplementedError
+
+    def _next_goal(self) -> bool:
+        """Go on to the next goal. False when there is none."""
+        return False
+
+    def _is_lost(self) -> bool:
+        """Whether the task cannot be done any more."""
+        raise NotImplementedError
+
+    def _values(self) -> Sequence[float]:
+        """The numbers of the observation."""
+        raise NotImplementedError
+
+    def _task_info(self) -> dict[str, Any]:
+        """The task's part of the info."""
+        return {}
+
+    # -- begin of episodes --------------------------------------------------------------------
+
+    def _define_spaces(self, observation: str, camera: str | None) -> None:
+        self._action_size = sum(arm.size for arm in self._arms)
+        self.action_space = Box(-np.ones(self._action_size), np.ones(self._action_size))
+        low, high = self._bounds()
+        self._state_space = self.observation_space = Box(low, high)
+        self._camera = self._choose_camera(camera) if self.render_mode else None
+        if observation == "rgb":
+            self._eye = self._camera or self._choose_camera(camera)
+            self.observation_space = self._image_space(self._eye)
+
+    def _begin(self) -> None:
+        """Make and save the initial state of all episodes: bodies at rest, the gripper open, the tool
+        above the work."""
+        for arm in self._arms:
+            arm.robot.take()
+            arm.robot.set_speed(self._speed_m_s)
+            arm.robot.open_gripper()
+        for _ in range(80):
+            state = self.cell.step(100, ["bodies"])
+            if all(body.resting or body.lost for body in state.bodies.values()):
+                break
+        self._begin_task()
+        self._keep("work")
+
     def _choose_camera(self, name: str | None) -> Camera:
         if name is not None:
             return self.cell.camera(name)
@@ -198,55 +249,6 @@ class CellEnv(Env):
         if self._is_closed:
             raise AprsimError(f"{method}: the environment is closed")
 
-    # -- tasks --------------------------------------------------------------------------------
-
-    def _prepare(self, options: dict[str, Any]) -> list[Transfer]:
-        """Bring the cell to the begin of an episode. Returns its transfers."""
-        raise NotImplementedError
-
-    def _potential(self) -> float:
-        """The progress of the transfer. Its increase is the reward."""
-        raise NotImplementedError
-
-    def _is_done(self) -> bool:
-        """Whether the transfer is done."""
-        raise NotImplementedError
-
-    # -- begin of episodes --------------------------------------------------------------------
-
-    def _begin(self) -> None:
-        """Make and save the initial state of all episodes: bodies at rest, the gripper open, the tool
-        above the work."""
-        self.robot.take()
-        self.robot.set_speed(_SPEED_M_S)
-        self.robot.open_gripper()
-        for _ in range(80):
-            state = self.cell.step(100, ["bodies"])
-            if all(body.resting or body.lost for body in state.bodies.values()):
-                break
-        self._neutral_yaw = yaw_of(self.robot.tool())
-        layout = self._layout()
-        self._slots = {
-            (body.name, slot.name): matrix(slot.slot_in_tray)
-            for body in self.cell.description.bodies
-            for slot in body.tray.slots
-        }
-        self._trays = [tray for tray in layout.kit_trays() if self._transfers(layout, tray)]
-        if not self._trays:
-            raise AprsimError(
-                f"the scene has no kit tray with a free slot and a gear for it within "
-                f"{self._reach_m:g} m of {self.robot.name}"
-            )
-        self._keep("work")
-
-    def _layout(self) -> Layout:
-        return Layout(self.cell.description, self.cell.snapshot(["bodies"]))
-
-    def _transfers(self, layout: Layout, tray: str) -> list[Transfer]:
-        return layout.transfers(
-            self.robot.description, tray, reach_m=self._reach_m, neutral_yaw=self._neutral_yaw
-        )
-
     def _keep(self, name: str) -> None:
         full = f"{type(self).__name__}-{id(self):x}-{name}"
         self.cell.save(full)
@@ -255,114 +257,40 @@ class CellEnv(Env):
             self.cell.delete_state(self._kept.pop(1))
 
     def _load(self, name: str) -> bool:
-        """Load a saved state. False when there is none. The robot's last command ends before: after a
-        return to a state before it, the robot would report an error."""
+        """Load a saved state. False when there is none."""
         full = f"{type(self).__name__}-{id(self):x}-{name}"
         if full not in self._kept:
             return False
-        try:
-            self.robot.run(crcl.stop())
-        except RobotError:
-            self.robot.run(crcl.initialise(), 35)
-        except Refused:
-            pass  # the simulation has stopped on a fault; loading clears it
+        for arm in self._arms:
+            arm.stop()
         self.cell.load(full)
         return True
 
-    def _choose(self, options: dict[str, Any]) -> str:
-        tray = options.get("tray")
-        if tray is None:
-            return str(self.np_random.choice(self._trays))
-        if tray not in self._trays:
-            raise BadArgument(f"options: tray '{tray}', where {', '.join(self._trays)} are known")
-        return str(tray)
-
-    def _choose_transfer(self, options: dict[str, Any]) -> Transfer:
-        """A transfer of the loaded state: the one in `options`, or a random one."""
-        transfers = self._transfers(self._layout(), self._choose(options))
-        slot = options.get("slot")
-        if slot is None:
-            return transfers[int(self.np_random.integers(len(transfers)))]
-        named = {transfer.slot: transfer for transfer in transfers}
-        if slot not in named:
-            raise BadArgument(f"options: slot '{slot}', where {', '.join(named)} are known")
-        return named[str(slot)]
-
-    def _go_near(self, point: Array, yaw: float, spread_m: float, spread_rad: float) -> None:
-        """Move the tool to a random place above a point."""
-        offset = self.np_random.uniform(-spread_m, spread_m, 3) + [0, 0, APPROACH_M + spread_m]
+    def _move_near(
+        self, robot: Robot, point: Array, yaw: float, spread_m: float, spread_rad: float, above_m: float
+    ) -> None:
+        """Move the tool to a random place at least `above_m` above a point."""
+        offset = self.np_random.uniform(-spread_m, spread_m, 3) + [0, 0, above_m + spread_m]
         turn = float(self.np_random.uniform(-spread_rad, spread_rad))
-        self.robot.move_to(point + offset, yaw + turn)
+        robot.move_to(point + offset, yaw + turn)
 
     # -- one step -----------------------------------------------------------------------------
 
-    def _command(self, action: Array) -> None:
-        opened = bool(action[4] > 0)
-        if opened != self._opened:
-            self.robot.start(crcl.set_gripper(1.0 if opened else 0.0))
-            self._opened = opened
-        way, turn = MOVE_M * action[:3], TURN_RAD * float(action[3])
-        if np.linalg.norm(way) < _STILL_M and abs(turn) < _STILL_RAD:
-            return
-        tool = self._tool()
-        target = tool_down(tool[:3, 3] + way, yaw_of(tool) + turn)
-        self.robot.start(self.robot.move_command(target, straight=True))
-
-    def _await_end(self) -> str | None:
-        """Step the cell until the robot's command ends. Returns the robot's text for a command that has
-        failed, after initialising it again."""
-        for polls in range(1, _MOST_POLLS + 1):
-            self._snapshot = self.cell.step(self._poll_steps, _FIELDS)
-            state = self._snapshot.robot(self.robot.name).message.action.state
-            if polls >= _LEAST_POLLS and state != _WORKING:
-                break
-        status = self.robot.status()
-        if not status.failed:
+    def _perform(self, values: Array) -> str | None:
+        """Perform an action. Returns the robots' texts for commands that have failed."""
+        begin = 0
+        for arm in self._arms:
+            arm.command(values[begin : begin + arm.size], self._snapshot)
+            begin += arm.size
+        robots = [arm.robot for arm in self._arms]
+        self._snapshot = self._actions.advance(self.cell, robots)
+        texts = [text for arm in self._arms if (text := arm.recover()) is not None]
+        if not texts:
             return None
-        self.robot.run(crcl.initialise(), 35)
-        self._snapshot = self.cell.snapshot(_FIELDS)
-        return status.description
+        self._snapshot = self.cell.snapshot(FIELDS)
+        return "; ".join(texts)
 
     # -- observations -------------------------------------------------------------------------
-
-    @property
-    def transfer(self) -> Transfer | None:
-        """The present transfer; None when all are done, and before `reset`."""
-        return self._plan[0] if self._plan else None
-
-    def _current(self) -> Transfer:
-        return self._plan[0] if self._plan else self._last
-
-    def _tool(self) -> Array:
-        return self._snapshot.robot(self.robot.name).tool_in_world
-
-    def _gear(self) -> Array:
-        return self._snapshot.body(self._current().gear).position_m
-
-    def _slot(self) -> Array:
-        transfer = self._current()
-        tray = self._snapshot.body(transfer.tray).pose
-        position: Array = (tray @ self._slots[transfer.tray, transfer.slot])[:3, 3]
-        return position
-
-    def _gear_from_tool(self) -> Array:
-        grasp = np.array([0.0, 0.0, self._current().grasp_height_m])
-        out: Array = self._gear() + grasp - self._tool()[:3, 3]
-        return out
-
-    def _slot_from_gear(self) -> Array:
-        return self._slot() - self._gear()
-
-    def _held(self) -> bool:
-        return self._snapshot.robot(self.robot.name).held_body == self._current().gear
-
-    def _gear_is_lost(self) -> bool:
-        return self._snapshot.body(self._current().gear).lost
-
-    def _is_seated(self) -> bool:
-        """Whether the gear rests in its slot and no gripper holds it."""
-        near = float(np.linalg.norm(self._slot_from_gear())) < _SEATED_M
-        return near and not self._held() and self._snapshot.body(self._current().gear).resting
 
     def _image_space(self, camera: Camera) -> Box:
         width, height = (side // self._image_scale for side in camera.size)
@@ -383,23 +311,14 @@ class CellEnv(Env):
         return mean
 
     def _state(self) -> Vector:
-        turn = wrapped(self._current().yaw - yaw_of(self._tool()))
-        # Half a turn exchanges the fingers, which are the same.
-        turn = (turn + math.pi / 2) % math.pi - math.pi / 2
-        robot = self._snapshot.robot(self.robot.name)
-        values = [*self._gear_from_tool(), *self._slot_from_gear(), turn, robot.separation_m]
-        values += [float(self._held()), self._filled / max(1, self._count)]
-        out = np.array(values, dtype=np.float32)
+        out = np.array(self._values(), dtype=np.float32)
         return np.clip(out, self._state_space.low, self._state_space.high)
 
     def _info(self, refused: str | None) -> dict[str, Any]:
-        transfer = self._current()
-        info: dict[str, Any] = {
-            "gear": transfer.gear,
-            "slot": f"{transfer.tray}/{transfer.slot}",
-            "sim_time_s": self._snapshot.sim_time_s,
-            "state_hash": self._snapshot.state_hash,
-        }
+        info = self._task_info()
+        info["sim_time_s"] = self._snapshot.sim_time_s
+        # An unsigned number: the hash has 64 bits, and arrays of hashes keep them all.
+        info["state_hash"] = np.uint64(self._snapshot.state_hash)
         if self._eye is not None:
             info["state"] = self._state()
         if refused is not None:

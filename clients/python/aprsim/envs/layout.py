@@ -73,6 +73,15 @@ class Transfer:
     """Yaw [rad] of the tool at which its open fingers clear the neighbours in both places."""
 
 
+def slots_in_trays(cell: cell_pb2.CellDescription) -> dict[tuple[str, str], Array]:
+    """The poses of all slots in the frames of their trays, by the names of tray and slot."""
+    return {
+        (body.name, slot.name): matrix(slot.slot_in_tray)
+        for body in cell.bodies
+        for slot in body.tray.slots
+    }
+
+
 class Layout:
     """Gears and slots by name."""
 

@@ -9,8 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import arguments
-from .cell_env import APPROACH_M, MOVE_M, OBSERVATION_NAMES, TURN_RAD
+from .actions import MOVE_M, TURN_RAD
 from .spaces import Vector
+from .transfer_state import NAMES
+
+APPROACH_M = 0.06
+"""Height above the place where a gear is grasped or released."""
 
 _AT_M, _AT_RAD = 0.001, 0.01  # tolerance of an arrival
 _CLEAR_M = 0.8 * APPROACH_M  # least height for a sideways motion
@@ -19,10 +23,12 @@ _DROP_M = 0.0005  # height above the slot at the release
 
 def scripted_action(observation: npt.ArrayLike) -> Vector:
     """The next action: above the gear, down, close, up, above the slot, down, open. BadArgument where
-    the observation is not the numbers of `OBSERVATION_NAMES`, as a picture is not."""
-    values = arguments.vector("observation", observation, len(OBSERVATION_NAMES), "").tolist()
+    the observation is not the numbers of `transfer_state.NAMES`, as a picture is not."""
+    values = arguments.vector("observation", observation, len(NAMES), "").tolist()
     gear, slot = values[0:3], values[3:6]
     turn, held = values[6], values[8] > 0.5
+    if values[9] >= 1.0:
+        return _action(0.0, 0.0, 0.0, 0.0, opened=True)  # all is done
     if held:
         height = -slot[2]
         if math.hypot(slot[0], slot[1]) > _AT_M:

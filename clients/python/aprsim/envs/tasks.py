@@ -1,4 +1,4 @@
-"""The tasks: pick, place, and a whole kit."""
+"""The tasks of one robot with gears: pick, place, and a whole kit."""
 
 from __future__ import annotations
 
@@ -7,39 +7,41 @@ from typing import Any
 import numpy as np
 
 from ..poses import tool_down
-from .cell_env import APPROACH_M, CellEnv
 from .layout import Transfer
+from .scripted import APPROACH_M
+from .transfer_env import TransferEnv
 
 _LIFT_M = 0.05
-_SLOW_M_S = 0.1
 _GRIP_S = 0.3  # time for the fingers to close and press
 
 
-class PickEnv(CellEnv):
+class PickEnv(TransferEnv):
     """Grasp the gear and lift it by 50 mm. The tool begins close above it."""
 
-    def _prepare(self, options: dict[str, Any]) -> list[Transfer]:
+    def _plan_episode(self, options: dict[str, Any]) -> list[Transfer]:
         self._load("work")
         transfer = self._choose_transfer(options)
-        self._opened = True
+        self._arms[0].opened = True
         gear = self._layout().gears[transfer.gear].position_m
         self._start_height_m = float(gear[2])
         self._go_near(gear, transfer.yaw, 0.03, 0.3)
         return [transfer]
 
     def _potential(self) -> float:
-        lift = float(np.clip(self._gear()[2] - self._start_height_m, 0.0, _LIFT_M))
-        near = 2.0 * float(np.linalg.norm(self._gear_from_tool()))
-        return (0.5 + lift / _LIFT_M if self._held() else 0.0) - near
+        now = self._now()
+        lift = float(np.clip(now.gear_m[2] - self._start_height_m, 0.0, _LIFT_M))
+        near = 2.0 * float(np.linalg.norm(now.gear_from_tool_m))
+        return (0.5 + lift / _LIFT_M if now.held else 0.0) - near
 
     def _is_done(self) -> bool:
-        return self._held() and self._gear()[2] - self._start_height_m >= _LIFT_M
+        now = self._now()
+        return now.held and bool(now.gear_m[2] - self._start_height_m >= _LIFT_M)
 
 
-class PlaceEnv(CellEnv):
+class PlaceEnv(TransferEnv):
     """Place the gear in its slot and release it. The gripper begins with the gear close above the slot."""
 
-    def _prepare(self, options: dict[str, Any]) -> list[Transfer]:
+    def _plan_episode(self, options: dict[str, Any]) -> list[Transfer]:
         self._load("work")
         transfer = self._choose_transfer(options)
         name = f"{transfer.tray}-{transfer.slot}"
@@ -51,7 +53,7 @@ class PlaceEnv(CellEnv):
             self._keep(name)
             # The same begin as every later episode with this gear.
             self._load(name)
-        self._opened = False
+        self._arms[0].opened = False
         self._go_near(slot + [0, 0, transfer.grasp_height_m], transfer.yaw, 0.03, 0.2)
         return [transfer]
 
@@ -66,31 +68,28 @@ class PlaceEnv(CellEnv):
         self.robot.move_to(above, transfer.yaw, straight=True)
 
     def _potential(self) -> float:
-        return -2.0 * float(np.linalg.norm(self._slot_from_gear()))
+        return -2.0 * float(np.linalg.norm(self._now().slot_from_gear_m))
 
     def _is_done(self) -> bool:
-        return self._is_seated()
+        return self._now().seated
 
 
-class KitEnv(CellEnv):
+class KitEnv(TransferEnv):
     """Fill a kit tray, gear by gear in the order of its slots."""
 
-    def __init__(self, *arguments: Any, max_steps: int = 600, **keywords: Any) -> None:
+    def __init__(self, *arguments: Any, max_steps: int | None = 600, **keywords: Any) -> None:
         super().__init__(*arguments, max_steps=max_steps, **keywords)
 
-    def _prepare(self, options: dict[str, Any]) -> list[Transfer]:
+    def _plan_episode(self, options: dict[str, Any]) -> list[Transfer]:
         self._load("work")
         transfers = self._transfers(self._layout(), self._choose(options))
-        self._opened = True
+        self._arms[0].opened = True
         gear = self._layout().gears[transfers[0].gear].position_m
         self._go_near(gear, transfers[0].yaw, 0.03, 0.3)
         return transfers
 
     def _potential(self) -> float:
-        near = 2.0 * float(np.linalg.norm(self._slot_from_gear()))
-        if self._held():
-            return 0.5 - near
-        return -near - 2.0 * float(np.linalg.norm(self._gear_from_tool()))
+        return self._now().value()
 
     def _is_done(self) -> bool:
-        return self._is_seated()
+        return self._now().seated
