@@ -1,27 +1,48 @@
 """Tasks in the cell with Gymnasium's signatures: `reset(seed=, options=)` and `step(action)`, with own
 spaces where gymnasium is not installed. The cell is paused between steps, so no clock matters.
 
-    env = PickEnv()
+    env = make("aprsim/Pick-v0")
     observation, info = env.reset(seed=1)
     observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
-"""
+
+`make_vec` makes any number of environments side by side; `check_env` checks that one keeps Gymnasium's
+rules."""
 
 from .actions import MOVE_M, TURN_RAD, VELOCITY_RAD_S
 from .cell_env import CellEnv
+from .checker import EnvCheckError, check_env
+from .push import PushEnv
+from .registry import EnvSpec, make, register, registry, spec
 from .scripted import scripted_action
 from .tasks import KitEnv, PickEnv, PlaceEnv
 from .transfer_env import TransferEnv
 from .transfer_state import NAMES as OBSERVATION_NAMES
+from .two_arms import TwoArmsEnv
+from .vector import SyncVectorEnv, ThreadedVectorEnv, make_vec
+from .vector_base import AutoresetMode
 
 __all__ = [
     "MOVE_M",
     "OBSERVATION_NAMES",
     "TURN_RAD",
     "VELOCITY_RAD_S",
+    "AutoresetMode",
     "CellEnv",
+    "EnvCheckError",
+    "EnvSpec",
     "KitEnv",
     "PickEnv",
     "PlaceEnv",
+    "PushEnv",
+    "SyncVectorEnv",
+    "ThreadedVectorEnv",
     "TransferEnv",
+    "TwoArmsEnv",
+    "check_env",
+    "make",
+    "make_vec",
+    "register",
+    "registry",
     "scripted_action",
+    "spec",
 ]

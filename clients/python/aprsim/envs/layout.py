@@ -15,7 +15,8 @@ from ..snapshots import Snapshot
 if TYPE_CHECKING:
     from ..v1 import cell_pb2
 
-_KIT_TRAY = 3  # BodyKind
+KIT_TRAY = 3
+"""A `BodyKind`."""
 _IN_SLOT_M = 0.01  # largest distance of a gear that is in a slot
 _TIP_OVER_DISC_M = 0.004  # height of the finger tips above the disc at a grasp
 _YAWS = 24  # directions that are tried in half a turn
@@ -102,14 +103,14 @@ class Layout:
             for slot in body.tray.slots:
                 pose = tray @ matrix(slot.slot_in_tray)
                 within = self._gear_at(pose[:3, 3], slot.gear_type)
-                of_kit = body.kind == _KIT_TRAY
+                of_kit = body.kind == KIT_TRAY
                 self.slots[body.name, slot.name] = Slot(
                     body.name, slot.name, slot.gear_type, of_kit, pose, within
                 )
 
     def kit_trays(self) -> list[str]:
         """In the order of the description."""
-        return [body.name for body in self._cell.bodies if body.kind == _KIT_TRAY]
+        return [body.name for body in self._cell.bodies if body.kind == KIT_TRAY]
 
     def over_belt(self, point: Array) -> bool:
         """Whether a point is above the belt."""

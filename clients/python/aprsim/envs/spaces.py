@@ -3,10 +3,14 @@ the same signatures."""
 
 from __future__ import annotations
 
+from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from .registry import EnvSpec
 
 Vector = npt.NDArray[np.float32]
 Image = npt.NDArray[np.uint8]
@@ -27,9 +31,10 @@ class OwnBox:
         self.dtype = np.dtype(dtype)
         self._random = np.random.default_rng()
 
-    def seed(self, seed: int | None = None) -> None:
-        """Set the seed of `sample`."""
+    def seed(self, seed: int | None = None) -> int | None:
+        """Set the seed of `sample`. Returns it."""
         self._random = np.random.default_rng(seed)
+        return seed
 
     def sample(self) -> Vector | Image:
         """A random array, uniformly distributed."""
@@ -49,6 +54,14 @@ class OwnBox:
     def __contains__(self, x: object) -> bool:
         return self.contains(x)
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, OwnBox):
+            return NotImplemented
+        same = self.shape == other.shape and self.dtype == other.dtype
+        return bool(same and (self.low == other.low).all() and (self.high == other.high).all())
+
+    __hash__ = None  # type: ignore[assignment]
+
     def __repr__(self) -> str:
         return f"Box({self.low}, {self.high}, {self.shape}, {self.dtype})"
 
@@ -58,23 +71,87 @@ class OwnEnv:
 
     metadata: dict[str, Any] = {"render_modes": []}
     render_mode: str | None = None
-    np_random: np.random.Generator = np.random.default_rng()
+    spec: EnvSpec | None = None
+    """How `make` made it."""
+    action_space: Box
+    observation_space: Box
+    _np_random: np.random.Generator | None = None
+    _np_random_seed: int | None = None
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
         """Restart the random numbers with a seed; without one they continue."""
-        if seed is not None or "np_random" not in self.__dict__:
-            self.np_random = np.random.default_rng(seed)
+        if seed is not None:
+            self._set_seed(seed)
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Perform an action. Returns observation, reward, terminated, truncated and info."""
+        raise NotImplementedError
+
+    @property
+    def np_random(self) -> np.random.Generator:
+        """The random numbers; before a seed is set, of a random seed."""
+        if self._np_random is None:
+            self._set_seed(None)
+        assert self._np_random is not None
+        return self._np_random
+
+    @np_random.setter
+    def np_random(self, value: np.random.Generator) -> None:
+        self._np_random, self._np_random_seed = value, -1
+
+    @property
+    def np_random_seed(self) -> int:
+        """Seed of the random numbers; -1 where they were set without one."""
+        if self._np_random_seed is None:
+            self._set_seed(None)
+        assert self._np_random_seed is not None
+        return self._np_random_seed
+
+    def _set_seed(self, seed: int | None) -> None:
+        sequence = np.random.SeedSequence(seed)
+        self._np_random = np.random.Generator(np.random.PCG64(sequence))
+        self._np_random_seed = int(sequence.entropy)  # type: ignore[arg-type]
 
     @property
     def unwrapped(self) -> OwnEnv:
         """This environment."""
         return self
 
+    def has_wrapper_attr(self, name: str) -> bool:
+        """Whether this environment has an attribute."""
+        return hasattr(self, name)
+
+    def get_wrapper_attr(self, name: str) -> Any:
+        """An attribute of this environment."""
+        return getattr(self, name)
+
+    def set_wrapper_attr(self, name: str, value: Any, *, force: bool = True) -> bool:
+        """Set an attribute; unless `force`, only one that exists. Returns whether it is set."""
+        if not force and not hasattr(self, name):
+            return False
+        setattr(self, name, value)
+        return True
+
     def render(self) -> Any:
         """Draw nothing: the cell's web page shows the cell."""
 
     def close(self) -> None:
         """Release the resources of the environment."""
+
+    def __enter__(self) -> OwnEnv:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def __str__(self) -> str:
+        name = type(self).__name__
+        return f"<{name}>" if self.spec is None else f"<{name}<{self.spec.id}>>"
 
 
 if TYPE_CHECKING:
