@@ -12,7 +12,7 @@ from .actions import MOVE_M, TURN_RAD, VELOCITY_RAD_S
 from .cell_env import CellEnv
 from .checker import EnvCheckError, check_env
 from .push import PushEnv
-from .registry import EnvSpec, make, register, registry, spec
+from .registry import EnvSpec, make, register, spec, specs
 from .scripted import scripted_action
 from .tasks import KitEnv, PickEnv, PlaceEnv
 from .transfer_env import TransferEnv
@@ -42,7 +42,7 @@ __all__ = [
     "make",
     "make_vec",
     "register",
-    "registry",
     "scripted_action",
     "spec",
+    "specs",
 ]

@@ -12,6 +12,7 @@ from ..snapshots import Snapshot
 from .actions import Actions
 
 _INITIALISE_S = 35.0
+_TRIES = 5
 
 
 class Arm:
@@ -24,6 +25,8 @@ class Arm:
         """Numbers of its part of an action; the last one is the gripper's."""
         self.opened = True
         """The last command to the gripper."""
+        self.stuck = False
+        """The robot cannot be initialised, as where its gripper is jammed."""
 
     def command(self, values: Array, snapshot: Snapshot) -> None:
         """Start the motions of a step."""
@@ -38,7 +41,7 @@ class Arm:
         status = self.robot.status()
         if not status.failed:
             return None
-        self.robot.run(crcl.initialise(), _INITIALISE_S)
+        self._initialise()
         return status.description
 
     def stop(self) -> None:
@@ -48,4 +51,13 @@ class Arm:
             try:
                 self.robot.run(crcl.stop())
             except RobotError:
+                self._initialise()
+        self.stuck = False
+
+    def _initialise(self) -> None:
+        """Initialise the robot. While it backs off from a contact it may refuse some times."""
+        for _ in range(_TRIES):
+            with contextlib.suppress(RobotError):
                 self.robot.run(crcl.initialise(), _INITIALISE_S)
+                return
+        self.stuck = True

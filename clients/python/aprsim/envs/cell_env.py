@@ -125,7 +125,8 @@ class CellEnv(Env):
         values = arguments.vector("action", action, self._action_size, "-1 to 1")
         refused = self._perform(np.clip(values, -1.0, 1.0))
         self._taken_steps += 1
-        lost = self._is_lost() or bool(self._snapshot.world_fault)
+        stuck = any(arm.stuck for arm in self._arms)
+        lost = self._is_lost() or stuck or bool(self._snapshot.world_fault)
         value = self._potential() if not lost else self._value - 1.0
         reward = value - self._value
         done = False

@@ -61,12 +61,13 @@ class PushEnv(CellEnv):
         tray, goal, half = values[0:3], values[3:5], values[6:8]
         axis = 0 if abs(goal[0]) >= abs(goal[1]) else 1
         low = tray[2] + _TIP_M > -0.003
+        gap_m = 0.0 if low else 0.9 * _GAP_M  # the fingers come down beside the tray
         for each in (0, 1):
-            if low and _is_behind(each, tray, goal, half) and abs(goal[each]) > _AT_M / 2:
+            if low and _is_behind(each, tray, goal, half, gap_m) and abs(goal[each]) > _AT_M / 2:
                 axis = each
         sign = math.copysign(1.0, goal[axis])
         way = [0.0, 0.0, 0.0]
-        if _is_behind(axis, tray, goal, half):
+        if _is_behind(axis, tray, goal, half, gap_m):
             if low:
                 way[axis] = goal[axis]
             else:
@@ -165,11 +166,16 @@ class PushEnv(CellEnv):
 
 
 def _is_behind(
-    axis: int, tray: Sequence[float], goal: Sequence[float], half: Sequence[float]
+    axis: int,
+    tray: Sequence[float],
+    goal: Sequence[float],
+    half: Sequence[float],
+    gap_m: float,
 ) -> bool:
-    """Whether the tool is at the middle of the side from which a push along the axis leads to the goal."""
+    """Whether the tool is at the middle of the side from which a push along the axis leads to the goal,
+    at least `gap_m` from it."""
     sign = math.copysign(1.0, goal[axis])
-    return abs(tray[1 - axis]) < 0.005 and sign * tray[axis] > half[axis]
+    return abs(tray[1 - axis]) < 0.005 and sign * tray[axis] > half[axis] + gap_m
 
 
 def _action(way_m: Sequence[float]) -> Vector:

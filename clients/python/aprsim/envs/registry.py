@@ -44,7 +44,7 @@ class EnvSpec:
         return env
 
 
-registry: dict[str, EnvSpec] = {}
+specs: dict[str, EnvSpec] = {}
 """The registered environments by name."""
 
 
@@ -56,9 +56,9 @@ def is_gymnasium_installed() -> bool:
 def register(spec: EnvSpec) -> None:
     """Register an environment, also with Gymnasium where it is installed. There the time limit is
     Gymnasium's wrapper, so the environment has none of its own."""
-    if spec.id in registry:
+    if spec.id in specs:
         raise BadArgument(f"id: '{spec.id}' is registered already")
-    registry[spec.id] = spec
+    specs[spec.id] = spec
     if is_gymnasium_installed():
         gymnasium = importlib.import_module("gymnasium")
         gymnasium.register(
@@ -72,9 +72,9 @@ def register(spec: EnvSpec) -> None:
 
 def spec(id: str) -> EnvSpec:
     """The specification of a name. BadArgument with the names there are."""
-    found = registry.get(arguments.text("id", id))
+    found = specs.get(arguments.text("id", id))
     if found is None:
-        raise arguments.wrong("id", id, f"one of {', '.join(sorted(registry))}")
+        raise arguments.wrong("id", id, f"one of {', '.join(sorted(specs))}")
     return found
 
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .. import arguments
 from ..errors import AprsimError, BadArgument
-from . import registry
+from .registry import make as make_env
 from .spaces import Box, OwnEnv
 from .vector_base import AutoresetMode, Mask, VectorBase, add_info
 
@@ -249,7 +249,7 @@ def make_vec(
     count = arguments.whole("num_envs", num_envs, 1, 4096)
     if kwargs.get("cell") is not None:
         raise BadArgument("cell: one cell cannot serve several environments")
-    makes = [lambda: registry.make(id, **kwargs)] * count
+    makes = [lambda: make_env(id, **kwargs)] * count
     vector = kinds[vectorization_mode](makes, autoreset_mode)
     vector.spec = getattr(vector.envs[0], "spec", None)
     return vector
