@@ -22,7 +22,7 @@ class OwnAutoresetMode(Enum):
     SAME_STEP = "SameStep"
     """In the step of the end; `infos["final_obs"]` and `infos["final_info"]` belong to the end."""
     DISABLED = "Disabled"
-    """By `reset` with the option "reset_mask" only."""
+    """Only `reset` with the option "reset_mask" begins one."""
 
 
 class OwnVectorEnv:
