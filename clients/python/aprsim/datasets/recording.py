@@ -43,8 +43,7 @@ def record(
     try:
         act = _policy(policy, made, first)
         scene = made.cell.scene_text()
-        made.reset(seed=first, options=options)
-        names = state_names(made.snapshot())
+        names = state_names(made.cell.snapshot(["robots", "bodies"]))
         successes = 0
         with Writer(
             path, env_id=env, env_kwargs=env_kwargs, scene=scene, state_names=names

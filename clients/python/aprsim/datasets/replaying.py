@@ -40,7 +40,9 @@ def replay_all(path: str | Path, episodes: Sequence[int] | None = None) -> Itera
     with Reader(path) as reader:
         numbers = range(reader.episodes) if episodes is None else episodes
         recorded = [(number, reader.episode(number)) for number in numbers]
-        env = make_cell_env(reader.env_id, reader.env_kwargs)
+        # Pictures change no state, and take most of the time.
+        without_pictures = {"observation": "state", "render_mode": None}
+        env = make_cell_env(reader.env_id, {**reader.env_kwargs, **without_pictures})
         try:
             if env.cell.scene_text() != reader.scene:
                 raise DatasetError(f"{path}: the scene has changed since the recording")
