@@ -26,7 +26,7 @@ class Install(unittest.TestCase):
             shutil.rmtree(tree)
             done = subprocess.run(
                 [sys.executable, "-c",
-                 "import aprsim, aprsim.envs, pathlib; from aprsim.v1 import snapshot_pb2; "
+                 "import aprsim, aprsim.datasets, aprsim.envs; from aprsim.v1 import snapshot_pb2; "
                  "print(aprsim.__file__, snapshot_pb2.Snapshot(step=7).step)"],
                 env={"PYTHONPATH": str(target), "PATH": "/usr/bin:/bin"}, cwd=folder,
                 capture_output=True, text=True, timeout=60 * PATIENCE,
@@ -64,7 +64,7 @@ class Documented(unittest.TestCase):
                 )
                 self.assertEqual(done.returncode, 0, f"{line}: {done.stdout}{done.stderr}")
             done = subprocess.run(
-                [tree / "build/venv/bin/python", "-c", "import aprsim.envs; print(aprsim.__file__)"],
+                [tree / "build/venv/bin/python", "-c", "import aprsim.datasets; print(aprsim.__file__)"],
                 cwd="/", env=environment, capture_output=True, text=True, timeout=60 * PATIENCE,
             )
             self.assertEqual(done.returncode, 0, done.stderr)

@@ -1,5 +1,6 @@
 """Environments of daemons side by side, and the check of their rules."""
 
+import importlib.util
 import unittest
 
 import numpy as np
@@ -21,6 +22,20 @@ class Rules(unittest.TestCase):
             env.reset(seed=1)
             ends = [env.step(np.zeros(5))[2:4] for _ in range(2)]
         self.assertEqual(ends, [(False, False), (False, True)])
+
+
+@unittest.skipUnless(importlib.util.find_spec("gymnasium"), "Gymnasium is not installed")
+class InGymnasium(unittest.TestCase):
+    def test_its_own_check_and_time_limit(self):
+        import gymnasium
+        from gymnasium.utils import env_checker
+
+        env = gymnasium.make("aprsim/Push-v0", max_episode_steps=2)
+        env_checker.check_env(env.unwrapped)
+        env.reset(seed=1)
+        ends = [env.step(env.action_space.sample())[3] for _ in range(2)]
+        env.close()
+        self.assertEqual(ends, [False, True])
 
 
 class Vector(unittest.TestCase):
