@@ -4,6 +4,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <stdexcept>
@@ -15,7 +16,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include "protocols/cameras/camera_server.hpp"
 #include "protocols/crcl/crcl_server.hpp"
 #include "protocols/grpc/grpc_server.hpp"
 #include "protocols/modbus/modbus_server.hpp"
@@ -23,6 +23,7 @@
 #include "protocols/vision/vision_server.hpp"
 #include "protocols/web/web_server.hpp"
 #include "server/access/security_context.hpp"
+#include "server/cameras/camera_listeners.hpp"
 #include "server/cameras/camera_studio.hpp"
 #include "server/config/memory_shares.hpp"
 #include "server/config/version.hpp"
@@ -140,10 +141,11 @@ MemoryShares shares_of(const Config& config) {
 }
 
 /// Adds the listener's name and a way out.
-tl::unexpected<Error> not_listening(const std::string& name, const std::string& key, Error error) {
+tl::unexpected<Error> not_listening(const std::string& name, const std::string& key, Error error,
+                                    const std::string& value = "PORT") {
   error.field = key;
-  error.message = name + ": " + error.message + " (another port: --set " + key +
-                  "=PORT; any free ones: --any-port)";
+  error.message = name + ": " + error.message + " (another port: --set " + key + '=' + value +
+                  "; any free ones: --any-port)";
   return tl::unexpected<Error>(std::move(error));
 }
 
@@ -170,7 +172,11 @@ class Daemon::Impl {
                 {.seed = config.seed.value_or(scene->seed),
                  .max_bytes =
                      (std::uint64_t{config.cameras.max_mb} << 20U) / kSentPart * (kSentPart - 1)}),
-        cameras_(make_cameras(config)),
+        camera_endpoints_(config.cameras.endpoints),
+        cameras_(studio_,
+                 [this, config](std::size_t place, const std::string& name) {
+                   return camera_options(context(config), place, name);
+                 }),
         modbus_(with_tap(modbus_options(context(config)), config, modbus_tap_), simulation_,
                 simulation_),
         telemetry_(grpc_options(config), simulation_, simulation_),
@@ -204,11 +210,10 @@ class Daemon::Impl {
       ports["state." + name] = three->state;
       ports["gripper." + name] = three->gripper;
     }
-    for (auto& [name, server] : cameras_) {
-      const auto port = server->start();
-      if (!port) return not_listening("camera." + name, "cameras.port", port.error());
-      ports["camera." + name] = *port;
+    if (auto listening = cameras_.start(); !listening) {
+      return camera_not_listening(listening.error());
     }
+    for (const auto& [name, port] : cameras_.ports()) ports["camera." + name] = port;
     auto modbus = modbus_.start();
     if (!modbus) return not_listening("modbus", "modbus.port", modbus.error());
     ports["modbus"] = *modbus;
@@ -222,8 +227,16 @@ class Daemon::Impl {
       if (!web) return not_listening("web", "web.port", web.error());
       ports["web"] = *web;
     }
+    all_ports_ = ports;
     simulation_.start();
     cell_log_ = std::jthread([this](const std::stop_token& stop) { log_cell(stop); });
+    return ports;
+  }
+
+  [[nodiscard]] Ports ports() const {
+    Ports ports = all_ports_;
+    std::erase_if(ports, [](const auto& entry) { return entry.first.starts_with("camera."); });
+    for (const auto& [name, port] : cameras_.ports()) ports["camera." + name] = port;
     return ports;
   }
 
@@ -251,9 +264,7 @@ class Daemon::Impl {
           ending.emplace_back([&robot] { robot.simple_message->stop(); });
         }
       }
-      for (auto& camera : cameras_) {
-        ending.emplace_back([&camera] { camera.server->stop(); });
-      }
+      ending.emplace_back([this] { cameras_.stop(); });
       ending.emplace_back([this] { modbus_.stop(); });
       ending.emplace_back([this] { telemetry_.stop(); });
     }
@@ -275,13 +286,17 @@ class Daemon::Impl {
     std::unique_ptr<simple_message::SimpleMessageServer> simple_message;  ///< null = none
   };
 
-  struct Camera {
-    std::string name;
-    std::unique_ptr<camera_server::CameraServer> server;
-  };
+  /// Its field is the camera's name.
+  [[nodiscard]] tl::unexpected<Error> camera_not_listening(const Error& error) const {
+    const std::string& name = error.field;
+    if (!camera_endpoints_.contains(name)) {
+      return not_listening("camera." + name, "cameras.port", error);
+    }
+    return not_listening("camera." + name, "cameras.endpoints." + name, error, "ADDRESS:PORT");
+  }
 
-  /// Logs events of the cell, since the simulation's own thread never writes there, and keeps the
-  /// limit of memory.
+  /// Logs events of the cell, since the simulation's own thread never writes there, keeps the
+  /// limit of memory, and lets the cameras' listeners follow the scene.
   void log_cell(const std::stop_token& stop) {
     CellLog cell_log;
     std::mutex mutex;
@@ -298,6 +313,7 @@ class Daemon::Impl {
     while (true) {
       const bool ended = stop.stop_requested();
       memory.check(MemoryGuard::Clock::now());
+      cameras_.update();
       for (const CellLogLine& line : cell_log.detect(*simulation_.latest())) {
         spdlog::log(line.error ? spdlog::level::err : spdlog::level::warn, "cell: {}", line.text);
       }
@@ -347,16 +363,6 @@ class Daemon::Impl {
     return robots;
   }
 
-  [[nodiscard]] std::vector<Camera> make_cameras(const Config& config) {
-    std::vector<Camera> cameras;
-    for (const protocols::CameraInfo& camera : studio_.cameras()) {
-      auto options = camera_options(context(config), cameras.size());
-      cameras.push_back({camera.name, std::make_unique<camera_server::CameraServer>(
-                                          std::move(options), studio_)});
-    }
-    return cameras;
-  }
-
   [[nodiscard]] grpc_server::TelemetryOptions grpc_options(const Config& config) {
     grpc_server::TelemetryOptions options = telemetry_options(context(config));
     options.incidents = journal_.get();
@@ -370,11 +376,11 @@ class Daemon::Impl {
     options.events = &simulation_.events();
     options.history = history_.get();
     options.state_files = &state_files_;
-    options.robots = ports();
+    options.robots = robot_ports();
     return options;
   }
 
-  [[nodiscard]] std::vector<protocols::RobotPort*> ports() const {
+  [[nodiscard]] std::vector<protocols::RobotPort*> robot_ports() const {
     std::vector<protocols::RobotPort*> ports;
     for (const Robot& robot : robots_) ports.push_back(robot.crcl.get());
     return ports;
@@ -408,7 +414,7 @@ class Daemon::Impl {
       sources.vision.emplace_back(name, vision->stats());
       if (simple_message) sources.simple_message.emplace_back(name, simple_message->stats());
     }
-    for (const auto& [name, server] : cameras_) sources.cameras.emplace_back(name, server->stats());
+    for (const auto& [name, stats] : cameras_.stats()) sources.cameras.emplace_back(name, stats);
     sources.modbus = modbus_.stats();
     if (journal_) sources.journal = journal_->stats();
     sources.grpc = telemetry_.stats();
@@ -444,7 +450,12 @@ class Daemon::Impl {
       add("vision." + name, vision->stats().open);
       if (simple_message) add("motion." + name, simple_message->stats().open);
     }
-    for (const auto& [name, server] : cameras_) add("camera." + name, server->stats().open);
+    const auto ports = cameras_.ports();
+    for (const auto& [name, stats] : cameras_.stats()) {
+      const auto port = ports.find(name);
+      all.push_back(
+          {"camera." + name, port == ports.end() ? std::uint16_t{0} : port->second, stats.open});
+    }
     add("modbus", modbus_.stats().open);
     add("grpc", telemetry_.stats().open);
     add("web", web_->open());
@@ -467,10 +478,12 @@ class Daemon::Impl {
   protocols::WireTap modbus_tap_{simulation_, shares_.modbus_tap};
   std::vector<Robot> robots_;  // telemetry refers to their ports
   CameraStudio studio_;
-  std::vector<Camera> cameras_;  // refer to the studio
+  const std::map<std::string, Endpoint> camera_endpoints_;
+  CameraListeners cameras_;
   modbus_server::ModbusServer modbus_;
   grpc_server::TelemetryServer telemetry_;
-  Ports ports_;  // of the other listeners, for the page
+  Ports ports_;      // of the other listeners, for the page
+  Ports all_ports_;  // of all at the start
   CellPrograms programs_;
   std::unique_ptr<web::WebServer> web_;
   std::jthread cell_log_;
@@ -488,6 +501,7 @@ Daemon::Daemon(const Config& config, std::shared_ptr<const scene::Scene> scene, 
     : impl_(std::make_unique<Impl>(config, std::move(scene), demo)) {}
 Daemon::~Daemon() = default;
 Result<Ports> Daemon::start() { return impl_->start(); }
+Ports Daemon::ports() const { return impl_->ports(); }
 void Daemon::stop() { impl_->stop(); }
 void Daemon::finish_journal() { impl_->finish_journal(); }
 void Daemon::reload() { impl_->reload(); }

@@ -27,6 +27,9 @@ class Daemon {
   /// open. Errors name listener, address and port.
   [[nodiscard]] Result<Ports> start();
 
+  /// The ports at present: those of cameras are the present scene's. Thread: the owner's.
+  [[nodiscard]] Ports ports() const;
+
   /// Stops accepting, lets replies go out, stops the simulation and finishes the journal; well
   /// under two seconds.
   void stop();

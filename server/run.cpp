@@ -1,5 +1,7 @@
 #include "server/run.hpp"
 
+#include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <exception>
 #include <functional>
@@ -70,13 +72,30 @@ void warn_of_unknown_robots(const Config& config, const scene::Scene& scene) {
   }
 }
 
-/// Serves until a signal. Exit code 0.
+/// Writes the ports again where they have changed: another scene has other cameras.
+void follow_ports(const Ports& now, Ports& written, const Invocation& invocation, PortsFile& file) {
+  if (now == written) return;
+  for (const auto& [name, port] : now) {
+    const auto before = written.find(name);
+    if (before != written.end() && before->second == port) continue;
+    spdlog::info("listening: {} on port {}", name, port);
+  }
+  written = now;
+  if (invocation.ports_file.empty()) return;
+  if (auto ok = file.write(invocation.ports_file, now); !ok) {
+    spdlog::error("{}", ok.error().message);
+  }
+}
+
+/// Serves until a signal. `ports_now`: null = they never change. Exit code 0.
 template <typename Served>
 int serve_until_signal(Served& daemon, const Invocation& invocation,
-                       const std::function<bool()>& makes_progress) {
+                       const std::function<bool()>& makes_progress,
+                       const std::function<Ports()>& ports_now) {
+  constexpr std::chrono::milliseconds kPortsPeriod{500};
   if (invocation.exit_on_stdin_eof) process::stop_when_input_ends();
   PortsFile ports_file;
-  const auto ports = daemon.start();
+  auto ports = daemon.start();
   if (!ports) return refuse(ports.error().message);
   announce(*ports, invocation.config);
   if (!invocation.ports_file.empty()) {
@@ -89,8 +108,10 @@ int serve_until_signal(Served& daemon, const Invocation& invocation,
   // SIGHUP of a terminal that closes means the end.
   const bool reloads = !has_terminal();
   std::optional<int> signal;
-  while (!(signal = wait_for_signal(service_manager.period())) || (reloads && *signal == SIGHUP)) {
+  const auto period = std::min(service_manager.period().value_or(kPortsPeriod), kPortsPeriod);
+  while (!(signal = wait_for_signal(period)) || (reloads && *signal == SIGHUP)) {
     if (signal) daemon.reload();
+    if (ports_now) follow_ports(ports_now(), *ports, invocation, ports_file);
     service_manager.working(makes_progress(), daemon.problem());
   }
   service_manager.stopping();
@@ -116,7 +137,8 @@ int serve(const Invocation& invocation, std::shared_ptr<const scene::Scene> scen
                to_text(invocation.config.speed),
                invocation.config.time.clients_pace ? ", virtual time" : "");
   Daemon daemon(invocation.config, std::move(scene), invocation.demo);
-  return serve_until_signal(daemon, invocation, [&] { return daemon.makes_progress(); });
+  return serve_until_signal(
+      daemon, invocation, [&] { return daemon.makes_progress(); }, [&] { return daemon.ports(); });
 }
 
 /// Absent where this program cannot read the run's configuration.
@@ -137,7 +159,8 @@ int serve_replay(const Invocation& invocation, const journal::RecordedRun& run,
                run.header().scene());
   for (const std::string& caution : run.cautions()) spdlog::warn("replay: {}", caution);
   ReplayDaemon daemon(invocation.config, run, part, invocation.replay_speed);
-  return serve_until_signal(daemon, invocation, [] { return true; });
+  return serve_until_signal(
+      daemon, invocation, [] { return true; }, nullptr);
 }
 
 /// Refuses to write over a journal of the run.

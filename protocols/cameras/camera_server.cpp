@@ -28,8 +28,7 @@ class CameraServer::Impl {
   Impl(CameraServerOptions options, protocols::CameraPictures& pictures)
       : options_(std::move(options)),
         pictures_(pictures),
-        info_(pictures.cameras().at(options_.camera)),
-        log_("camera." + info_.name),
+        log_("camera." + options_.camera),
         service_(log_.name(), options_.listener,
                  [this](protocols::TcpListener::Socket socket, std::string peer,
                         protocols::TcpListener::Slot slot) {
@@ -38,7 +37,8 @@ class CameraServer::Impl {
                        counters_, [this] { take(); },
                        [this](CameraConnection& ended) { service_.ended(ended); });
                  }),
-        timer_(service_.io()) {}
+        timer_(service_.io()),
+        delay_timer_(service_.io()) {}
 
   ~Impl() { stop(); }
 
@@ -53,7 +53,7 @@ class CameraServer::Impl {
   void stop() {
     service_.stop([this] {
       timer_.cancel();
-      for (const auto& timer : delayed_) timer->cancel();
+      delay_timer_.cancel();
     });
   }
 
@@ -68,7 +68,7 @@ class CameraServer::Impl {
   void take() {
     if (taking_ || service_.draining()) return;
     taking_ = true;
-    const auto due = last_ + seconds_of(1 / info_.rate_hz);
+    const auto due = last_ + seconds_of(1 / rate_hz_);
     timer_.expires_at(std::max(Clock::now(), due));
     timer_.async_wait([this](const boost::system::error_code& cancelled) {
       if (cancelled || service_.draining()) return;
@@ -100,23 +100,33 @@ class CameraServer::Impl {
     if (service_.draining()) return;
     if (!picture) {
       log_.warn("no picture: " + picture.error().message);
-    } else if (const auto out = last_ + seconds_of(info_.latency_s); out > Clock::now()) {
-      delay(picture->bytes, out);
     } else {
-      offer(picture->bytes);
+      rate_hz_ = picture->rate_hz;
+      out_ = std::max(out_, last_ + seconds_of(picture->latency_s));
+      if (!delayed_.empty() || out_ > Clock::now()) {
+        delay(picture->bytes, out_);
+      } else {
+        offer(picture->bytes);
+      }
     }
     take();
   }
 
-  /// Offers a picture when its latency is over.
+  /// Offers a picture when its latency is over, after those that were taken before.
   void delay(Jpeg picture, Clock::time_point out) {
-    delayed_.push_back(std::make_unique<boost::asio::steady_timer>(service_.io(), out));
-    delayed_.back()->async_wait(
-        [this, picture = std::move(picture)](const boost::system::error_code& cancelled) {
-          if (cancelled) return;
-          delayed_.pop_front();  // one latency for all: in their order
-          offer(picture);
-        });
+    delayed_.push_back({std::move(picture), out});
+    if (delayed_.size() == 1) await_first();
+  }
+
+  void await_first() {
+    delay_timer_.expires_at(delayed_.front().out);
+    delay_timer_.async_wait([this](const boost::system::error_code& cancelled) {
+      if (cancelled) return;
+      const Jpeg picture = std::move(delayed_.front().picture);
+      delayed_.pop_front();
+      offer(picture);
+      if (!delayed_.empty()) await_first();
+    });
   }
 
   void offer(const Jpeg& picture) {
@@ -124,16 +134,23 @@ class CameraServer::Impl {
     service_.for_each([&](CameraConnection& connection) { connection.offer(picture); });
   }
 
+  struct Delayed {
+    Jpeg picture;
+    Clock::time_point out;
+  };
+
   CameraServerOptions options_;
   protocols::CameraPictures& pictures_;
-  const protocols::CameraInfo info_;
   protocols::LimitedLog log_;
   CameraCounters counters_;
   std::atomic<std::uint64_t> taken_{0};
   protocols::TcpService<CameraConnection> service_;
   boost::asio::steady_timer timer_;
-  std::deque<std::unique_ptr<boost::asio::steady_timer>> delayed_;  // pictures on their way
-  Clock::time_point last_{};                                        // of an exposure
+  boost::asio::steady_timer delay_timer_;  // for the first of those on their way
+  std::deque<Delayed> delayed_;            // pictures on their way, in their order
+  Clock::time_point last_{};               // of an exposure
+  Clock::time_point out_{};                // of the last picture
+  double rate_hz_ = 10;                    // of the last picture
   bool taking_ = false;
 };
 

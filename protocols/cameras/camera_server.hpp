@@ -1,9 +1,9 @@
 #pragma once
 
 #include <chrono>
-#include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <string>
 
 #include "protocols/net/listener_options.hpp"
 #include "protocols/ports/camera_pictures.hpp"
@@ -14,7 +14,7 @@ namespace aprsim::camera_server {
 
 struct CameraServerOptions {
   protocols::ListenerOptions listener{.port = 8090};
-  std::size_t camera = 0;  ///< index into CameraPictures::cameras()
+  std::string camera;  ///< its name
   /// A client that has not sent its request, or not taken a picture, after this time is closed.
   std::chrono::milliseconds timeout{10'000};
 };

@@ -40,11 +40,18 @@ void write(const api::BodyDescription& body, v1::BodyDescription& message) {
 
 }  // namespace
 
+void write_message(const api::CameraDescription& camera, v1::CameraDescription& message) {
+  write_fields(camera, message);
+  write_message(camera.X_PC, camera.carrier.empty() ? *message.mutable_camera_in_world()
+                                                    : *message.mutable_camera_in_flange());
+}
+
 void write_message(const api::CellDescription& cell, v1::CellDescription& message) {
   write_fields(cell, message);
   if (cell.has_conveyor) write_fields(cell.conveyor, *message.mutable_conveyor());
   for (const auto& body : cell.bodies) write(body, *message.add_bodies());
   for (const auto& tool : cell.tools) write(tool, *message.add_tools());
+  for (const auto& camera : cell.cameras) write_message(camera, *message.add_cameras());
 }
 
 }  // namespace aprsim::protocols

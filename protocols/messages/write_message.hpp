@@ -19,6 +19,7 @@ void write_message(const Eigen::Vector3d& vector, v1::Vector3& message);
 void write_message(const Pose& pose, v1::Pose& message);
 void write_message(std::chrono::nanoseconds span, google::protobuf::Duration& message);
 void write_message(const api::CellDescription& cell, v1::CellDescription& message);
+void write_message(const api::CameraDescription& camera, v1::CameraDescription& message);
 void write_message(const api::BodySnapshot& body, const api::BodyDescription& description,
                    v1::BodyState& message);
 void write_message(const api::ConveyorSnapshot& conveyor,

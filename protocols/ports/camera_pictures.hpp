@@ -1,12 +1,12 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "world/api/description/cell_description.hpp"
 #include "world/api/values/pose.hpp"
 #include "world/base/result.hpp"
 #include "world/base/time.hpp"
@@ -36,35 +36,29 @@ struct CameraPicture {
   std::uint64_t epoch = 0, step = 0;
   SimTime time{};
   int width = 0, height = 0;
+  Pose X_WC;  ///< camera frame in world
+  // For streams: camera and faults at this instant.
+  double rate_hz = 10, latency_s = 0;
   std::shared_ptr<const std::string> bytes;
   std::shared_ptr<const std::vector<PictureObject>>
       objects;  ///< of the scene; the first is nothing
 };
 
-struct CameraInfo {
-  std::string name;
-  std::string robot;  ///< that it serves; empty = none
-  int width = 0, height = 0;
-  double rate_hz = 0;
-  double latency_s = 0;
-  // The camera frame has x to the right of the picture, y down, z along the view.
-  Pose X_WC;
-  std::array<double, 2> focal_px{}, centre_px{};
-  std::array<double, 5> distortion{};  ///< by Brown: k1, k2, p1, p2, k3
-};
+using CameraList = std::vector<api::CameraDescription>;
 
-/// The cameras of a cell, numbered as in its scene. Nothing is rendered that nobody asked for.
+/// The cameras of a cell. Nothing is rendered that nobody asked for.
 class CameraPictures {
  public:
   using Done = std::function<void(Result<CameraPicture>)>;
 
   virtual ~CameraPictures() = default;
-  /// The same ones as long as the daemon runs. Thread: any.
-  [[nodiscard]] virtual const std::vector<CameraInfo>& cameras() const = 0;
+  /// Those of the present scene, in its order; never null. Thread: any.
+  [[nodiscard]] virtual std::shared_ptr<const CameraList> cameras() const = 0;
   /// Takes a picture of the latest state. Calls `done` once, on a thread of its own, which `done`
-  /// must not block. Errors: kUnavailable (the daemon is stopping, or the cell cannot be rendered).
-  /// Thread: any; never blocks.
-  virtual void take_picture(std::size_t camera, PictureForm form, Done done) = 0;
+  /// must not block. Errors: kNotFound (the present scene has no such camera), kUnavailable (the
+  /// camera is out of order, the daemon is stopping, or the cell cannot be rendered),
+  /// kFailedPrecondition (too little memory). Thread: any; never blocks.
+  virtual void take_picture(const std::string& camera, PictureForm form, Done done) = 0;
 };
 
 }  // namespace aprsim::protocols

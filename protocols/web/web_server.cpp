@@ -58,10 +58,11 @@ WebServerOptions with_access(WebServerOptions options) {
 std::string cameras_text(const protocols::CameraPictures* pictures) {
   std::string out = "[";
   if (pictures != nullptr) {
-    for (const protocols::CameraInfo& camera : pictures->cameras()) {
+    const auto cameras = pictures->cameras();
+    for (const auto& camera : *cameras) {
       if (out.size() > 1) out += ',';
       out += fmt::format(R"({{"name":"{}","width":{},"height":{},"rateHz":{}}})", camera.name,
-                         camera.width, camera.height, camera.rate_hz);
+                         camera.width_px, camera.height_px, camera.rate_hz);
     }
   }
   return out + "]\n";

@@ -80,7 +80,8 @@ Listener listener_of(const std::string& name, const Config& config) {
             by_address(config.vision.allow, "vision.allow", "may view, nobody may command")};
   }
   if (name.starts_with("camera.")) {
-    return {config.cameras.address,
+    const auto own = config.cameras.endpoints.find(name.substr(name.find('.') + 1));
+    return {own == config.cameras.endpoints.end() ? config.cameras.address : own->second.address,
             by_address(config.cameras.allow, "cameras.allow", "may view, nobody may command")};
   }
   if (name.starts_with("motion.") || name.starts_with("state.") || name.starts_with("gripper.")) {

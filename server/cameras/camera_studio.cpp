@@ -9,6 +9,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <sys/resource.h>
 #include <thread>
 #include <unistd.h>
@@ -18,6 +19,7 @@
 #include <fmt/format.h>
 
 #include "server/cameras/picture_encoder.hpp"
+#include "world/render/camera_faults.hpp"
 #include "world/render/cell/cell_model.hpp"
 #include "world/render/renderer.hpp"
 #include "world/scene/scene_loader.hpp"
@@ -31,24 +33,10 @@ using protocols::PictureForm;
 
 constexpr int kNice = 10;  // below all other threads
 constexpr std::chrono::seconds kIdle{60};
+constexpr const char* kMemoryKey = "cameras.max_mb";
 
 tl::unexpected<Error> unavailable(const std::string& why) {
   return fail(ErrorCode::kUnavailable, "camera", why);
-}
-
-protocols::CameraInfo info_of(const scene::Camera& camera, const scene::Scene& scene) {
-  const scene::Lens& lens = camera.lens;
-  return {.name = camera.name,
-          .robot = camera.robot < 0 ? std::string()
-                                    : scene.robots.at(static_cast<std::size_t>(camera.robot)).name,
-          .width = lens.width_px,
-          .height = lens.height_px,
-          .rate_hz = camera.rate_hz,
-          .latency_s = camera.latency_s,
-          .X_WC = camera.X_WC,
-          .focal_px = {lens.focal_px.x(), lens.focal_px.y()},
-          .centre_px = {lens.centre_px.x(), lens.centre_px.y()},
-          .distortion = lens.distortion};
 }
 
 std::shared_ptr<const std::vector<protocols::PictureObject>> objects_of(
@@ -70,22 +58,19 @@ class CameraStudio::Impl {
  public:
   Impl(std::shared_ptr<const scene::Scene> scene, const api::SnapshotSource& source,
        StudioOptions options)
-      : scene_(std::move(scene)),
-        source_(source),
-        options_(options),
-        rooms_(scene_->cameras.size()) {
-    for (const scene::Camera& camera : scene_->cameras) {
-      infos_.push_back(info_of(camera, *scene_));
-    }
-    if (!infos_.empty()) thread_ = std::thread([this] { run(); });
+      : source_(source), options_(options), scene_(std::move(scene)) {
+    thread_ = std::thread([this] { run(); });
   }
 
   ~Impl() { stop(); }
 
-  [[nodiscard]] const std::vector<protocols::CameraInfo>& cameras() const { return infos_; }
+  [[nodiscard]] std::shared_ptr<const protocols::CameraList> cameras() const {
+    const auto cell = source_.latest()->cell;
+    return {cell, &cell->cameras};
+  }
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
 
-  void take_picture(std::size_t camera, PictureForm form, Done done) {
+  void take_picture(const std::string& camera, PictureForm form, Done done) {
     {
       const std::lock_guard lock(mutex_);
       if (!stopping_) {
@@ -108,7 +93,7 @@ class CameraStudio::Impl {
 
  private:
   struct Request {
-    std::size_t camera = 0;
+    std::string camera;
     PictureForm form = PictureForm::kJpeg;
     Done done;
   };
@@ -118,7 +103,14 @@ class CameraStudio::Impl {
     Clock::time_point used{};
     CameraPicture drawn;  // without bytes
     bool is_drawn = false;
+    int jpeg_quality = 0;                                             // of the bytes
     std::map<PictureForm, std::shared_ptr<const std::string>> bytes;  // of what is drawn
+
+    [[nodiscard]] std::uint64_t memory() const {
+      std::uint64_t sum = renderer ? renderer->bytes() : 0;
+      for (const auto& [form, picture] : bytes) sum += picture->capacity();
+      return sum;
+    }
   };
 
   void run() {
@@ -146,39 +138,63 @@ class CameraStudio::Impl {
     try {
       const api::SnapshotPtr snapshot = source_.latest();
       if (auto ready = prepare(*snapshot); !ready) return tl::unexpected(ready.error());
-      if (auto place = make_place(request.camera); !place) return tl::unexpected(place.error());
-      Room& room = rooms_.at(request.camera);
-      draw(room, request.camera, *snapshot);
-      auto& bytes = room.bytes[request.form];
-      if (!bytes) {
-        auto made = encoder_.encode(*room.renderer, *model_, request.form);
-        if (!made) return tl::unexpected(made.error());
-        bytes = std::make_shared<const std::string>(*std::move(made));
+      const auto found = std::ranges::find(scene_->cameras, request.camera, &scene::Camera::name);
+      if (found == scene_->cameras.end()) {
+        return fail(ErrorCode::kNotFound, "camera",
+                    fmt::format("scene {} has no camera '{}'", scene_->name, request.camera));
       }
-      CameraPicture out = room.drawn;
-      out.bytes = bytes;
-      return out;
+      const auto camera = render::with_faults(*found, snapshot->faults.get());
+      if (!camera) return unavailable(request.camera + " is out of order");
+      auto picture = picture_of(request, *camera, *snapshot);
+      // Where others have the memory, they give it back.
+      if (!picture && picture.error().field == kMemoryKey && rooms_.size() > 1) {
+        rooms_.clear();
+        picture = picture_of(request, *camera, *snapshot);
+      }
+      if (!picture && picture.error().field == kMemoryKey) rooms_.erase(request.camera);
+      return picture;
     } catch (const std::exception& problem) {
+      rooms_.erase(request.camera);
       return unavailable(std::string("the cell cannot be rendered: ") + problem.what());
     }
+  }
+
+  Result<CameraPicture> picture_of(const Request& request, const scene::Camera& camera,
+                                   const api::Snapshot& snapshot) {
+    Room& room = rooms_[request.camera];
+    if (auto place = make_place(room, camera); !place) return tl::unexpected(place.error());
+    if (auto drawn = draw(room, camera, snapshot); !drawn) return tl::unexpected(drawn.error());
+    auto& bytes = room.bytes[request.form];
+    if (!bytes) {
+      bytes = std::make_shared<const std::string>();
+      const std::uint64_t needed = PictureEncoder::most_bytes(camera.lens, request.form);
+      auto made = used_bytes() + needed > options_.max_bytes
+                      ? too_little(camera, used_bytes() + needed)
+                      : encoder_.encode(*room.renderer, *model_, request.form, camera.jpeg_quality);
+      if (!made) {
+        room.bytes.erase(request.form);
+        return tl::unexpected(made.error());
+      }
+      bytes = std::make_shared<const std::string>(*std::move(made));
+    }
+    CameraPicture out = room.drawn;
+    out.bytes = bytes;
+    return out;
   }
 
   /// Makes the model of the snapshot's cell, anew where its scene has changed.
   Result<void> prepare(const api::Snapshot& snapshot) {
     if (model_ && cell_ == snapshot.cell) return {};
-    for (Room& room : rooms_) room = {};
+    rooms_.clear();
     model_.reset();
     const api::CellDescription& cell = *snapshot.cell;
-    Result<render::CellModel> model = unavailable("");
-    if (!cell.scene_text || *cell.scene_text == scene_->text) {
-      model = render::CellModel::make(*scene_, cell);
-    } else {
+    if (cell.scene_text && *cell.scene_text != scene_->text) {
       const auto file = std::filesystem::path(scene_->file).parent_path() / (cell.scene + ".yaml");
-      const auto other =
-          scene::read_edited(*cell.scene_text, file.string(), scene::default_data_paths());
+      auto other = scene::read_edited(*cell.scene_text, file.string(), scene::default_data_paths());
       if (!other) return tl::unexpected(other.error());
-      model = render::CellModel::make(*other, cell);
+      scene_ = std::make_shared<const scene::Scene>(*std::move(other));
     }
+    auto model = render::CellModel::make(*scene_, cell);
     if (!model) return tl::unexpected(model.error());
     model_.emplace(*std::move(model));
     objects_ = objects_of(*model_);
@@ -186,58 +202,87 @@ class CameraStudio::Impl {
     return {};
   }
 
+  [[nodiscard]] tl::unexpected<Error> too_little(const scene::Camera& camera,
+                                                 std::uint64_t needed) const {
+    return fail(ErrorCode::kFailedPrecondition, kMemoryKey,
+                fmt::format("{} MB are too few for the pictures of {}, which need {} or more",
+                            options_.max_bytes >> 20U, camera.name, (needed >> 20U) + 1));
+  }
+
   /// Frees the renderers that were used least recently, as far as another one needs their memory.
-  Result<void> make_place(std::size_t camera) {
-    if (rooms_[camera].renderer) return {};
-    const std::uint64_t needed = render::Renderer::needed_bytes(scene_->cameras[camera]);
-    if (needed > options_.max_bytes) {
-      return fail(ErrorCode::kFailedPrecondition, "cameras.max_mb",
-                  fmt::format("{} MB are too few for {}, which needs {}", options_.max_bytes >> 20U,
-                              infos_[camera].name, (needed >> 20U) + 1));
+  Result<void> make_place(Room& room, const scene::Camera& camera) {
+    if (room.renderer) return {};
+    const std::uint64_t needed = render::Renderer::fixed_bytes(camera);
+    if (model_->bytes() + needed > options_.max_bytes) {
+      return too_little(camera, model_->bytes() + needed);
     }
     while (used_bytes() + needed > options_.max_bytes) {
-      *std::ranges::min_element(rooms_, {}, [](const Room& room) {
-        return room.renderer ? room.used : Clock::time_point::max();
-      }) = {};
+      std::ranges::min_element(rooms_, {}, [](const auto& other) {
+        return other.second.renderer ? other.second.used : Clock::time_point::max();
+      })->second = {};
     }
     return {};
   }
 
   [[nodiscard]] std::uint64_t used_bytes() const {
-    std::uint64_t sum = 0;
-    for (const Room& room : rooms_) {
-      if (room.renderer) sum += render::Renderer::needed_bytes(room.renderer->camera());
-    }
+    std::uint64_t sum = model_ ? model_->bytes() : 0;
+    for (const auto& [name, room] : rooms_) sum += room.memory();
     return sum;
   }
 
-  void draw(Room& room, std::size_t camera, const api::Snapshot& snapshot) {
+  Result<void> draw(Room& room, const scene::Camera& camera, const api::Snapshot& snapshot) {
     room.used = Clock::now();
     if (!room.renderer) {
       room.renderer = std::make_unique<render::Renderer>(
-          scene_->cameras.at(camera), render::lamps_over(model_->extent()), options_.seed + camera);
+          camera, render::lamps_over(model_->extent()), seed_of(camera), model_->extent());
+    }
+    render::Renderer& renderer = *room.renderer;
+    renderer.set_limit(options_.max_bytes -
+                       std::min(options_.max_bytes, used_bytes() - renderer.bytes()));
+    const auto& placements = model_->place(snapshot);
+    Pose X_WC = camera.X_PC;
+    if (!camera.is_fixed()) {
+      const Eigen::Isometry3d& X_WF = model_->X_WF(static_cast<std::size_t>(camera.carrier));
+      X_WC = Pose::from(X_WF * camera.X_PC.isometry());
     }
     // A paused cell may change within its step; what did not costs next to nothing.
-    const bool noisy = room.renderer->camera().noise > 0 && room.drawn.step != snapshot.step;
-    const std::size_t tiles = room.renderer->draw(model_->place(snapshot), snapshot.step);
-    if (tiles > 0 || noisy || !room.is_drawn) room.bytes.clear();
-    const scene::Lens& lens = room.renderer->camera().lens;
-    room.drawn = {snapshot.epoch, snapshot.step, snapshot.time, lens.width_px, lens.height_px, {},
-                  objects_};
+    const bool noisy = camera.noise > 0 && room.drawn.step != snapshot.step;
+    const bool other = renderer.set_camera(camera, X_WC.isometry(), seconds(snapshot.time));
+    const auto tiles = renderer.draw(placements, snapshot.step);
+    if (!tiles) {
+      const std::uint64_t needed = used_bytes();
+      return too_little(camera, std::max(needed, options_.max_bytes));
+    }
+    if (*tiles > 0 || noisy || other || !room.is_drawn) room.bytes.clear();
+    if (room.jpeg_quality != camera.jpeg_quality) room.bytes.erase(PictureForm::kJpeg);
+    room.jpeg_quality = camera.jpeg_quality;
+    room.drawn = {.epoch = snapshot.epoch,
+                  .step = snapshot.step,
+                  .time = snapshot.time,
+                  .width = camera.lens.width_px,
+                  .height = camera.lens.height_px,
+                  .X_WC = X_WC,
+                  .rate_hz = camera.rate_hz,
+                  .latency_s = camera.latency_s,
+                  .bytes = {},
+                  .objects = objects_};
     room.is_drawn = true;
+    return {};
+  }
+
+  /// Cameras side by side have different noise.
+  [[nodiscard]] std::uint64_t seed_of(const scene::Camera& camera) const {
+    const auto place = std::ranges::find(scene_->cameras, camera.name, &scene::Camera::name);
+    return options_.seed + static_cast<std::uint64_t>(place - scene_->cameras.begin());
   }
 
   void free_idle() {
     const auto now = Clock::now();
-    for (Room& room : rooms_) {
-      if (room.renderer && now - room.used >= kIdle) room = {};
-    }
+    std::erase_if(rooms_, [now](const auto& room) { return now - room.second.used >= kIdle; });
   }
 
-  const std::shared_ptr<const scene::Scene> scene_;
   const api::SnapshotSource& source_;
   const StudioOptions options_;
-  std::vector<protocols::CameraInfo> infos_;
 
   std::mutex mutex_;
   std::condition_variable asked_;
@@ -246,10 +291,11 @@ class CameraStudio::Impl {
   std::atomic<std::uint64_t> bytes_{0};
 
   // For the studio's thread alone.
+  std::shared_ptr<const scene::Scene> scene_;         // of the model, or that of the start
   std::shared_ptr<const api::CellDescription> cell_;  // of the model
   std::optional<render::CellModel> model_;
   std::shared_ptr<const std::vector<protocols::PictureObject>> objects_;  // of the model
-  std::vector<Room> rooms_;
+  std::map<std::string, Room> rooms_;                                     // by camera
   PictureEncoder encoder_;
 
   std::thread thread_;
@@ -261,9 +307,11 @@ CameraStudio::CameraStudio(std::shared_ptr<const scene::Scene> scene,
 
 CameraStudio::~CameraStudio() = default;
 
-const std::vector<protocols::CameraInfo>& CameraStudio::cameras() const { return impl_->cameras(); }
+std::shared_ptr<const protocols::CameraList> CameraStudio::cameras() const {
+  return impl_->cameras();
+}
 
-void CameraStudio::take_picture(std::size_t camera, PictureForm form, Done done) {
+void CameraStudio::take_picture(const std::string& camera, PictureForm form, Done done) {
   impl_->take_picture(camera, form, std::move(done));
 }
 

@@ -35,10 +35,11 @@ render::Picture<std::uint16_t> rounded(const render::Picture<float>& depth) {
 }  // namespace
 
 Result<std::string> PictureEncoder::encode(const render::Renderer& renderer,
-                                           const render::CellModel& model, PictureForm form) {
+                                           const render::CellModel& model, PictureForm form,
+                                           int jpeg_quality) {
   switch (form) {
     case PictureForm::kJpeg:
-      return jpeg_.encode(renderer.rgb(), renderer.camera().jpeg_quality);
+      return jpeg_.encode(renderer.rgb(), jpeg_quality);
     case PictureForm::kPng:
       return png_of(renderer.rgb());
     case PictureForm::kRgb:
@@ -53,6 +54,29 @@ Result<std::string> PictureEncoder::encode(const render::Renderer& renderer,
       return bytes_of(renderer.normals());
   }
   return fail(ErrorCode::kUnavailable, "camera", "no such form");
+}
+
+std::uint64_t PictureEncoder::most_bytes(const scene::Lens& lens, PictureForm form) {
+  const auto pixels =
+      static_cast<std::uint64_t>(lens.width_px) * static_cast<std::uint64_t>(lens.height_px);
+  // For each pixel: the values before they are bytes, and the bytes, which a file copies once.
+  constexpr std::uint64_t kHead = 65536, kFile = 2 * 4;
+  switch (form) {
+    case PictureForm::kRgb:
+      return 3 * pixels;
+    case PictureForm::kDepth:
+      return (4 + 4) * pixels;
+    case PictureForm::kDepth16:
+      return (4 + 2 + 2) * pixels;
+    case PictureForm::kSegments:
+      return (2 + 2) * pixels;
+    case PictureForm::kNormals:
+      return (12 + 12) * pixels;
+    case PictureForm::kJpeg:
+    case PictureForm::kPng:
+      break;
+  }
+  return kFile * pixels + kHead;
 }
 
 }  // namespace aprsim::server

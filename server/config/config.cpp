@@ -30,6 +30,10 @@ class KeyNames {
     all_.push_back(name);
   }
   template <typename... Rest>
+  void by_camera(std::string_view name, const Rest&... /*rest*/) {
+    all_.push_back(name);
+  }
+  template <typename... Rest>
   void section(std::string_view name, const Rest&... /*rest*/) {
     all_.push_back(name);
   }
@@ -60,6 +64,11 @@ class Reader {
   void by_robot(std::string_view name, std::map<std::string, T>& values, const Type& type,
                 const char* /*meaning*/) {
     for (const auto& [robot, node] : map_[name].entries()) type.read(node, values[robot]);
+  }
+  template <typename T, typename Type>
+  void by_camera(std::string_view name, std::map<std::string, T>& values, const Type& type,
+                 const char* meaning) {
+    by_robot(name, values, type, meaning);
   }
   template <typename Section>
   void section(std::string_view name, Section& section, const char* /*meaning*/) {
@@ -97,6 +106,11 @@ class Writer {
     const Indented deeper(*this);
     if (values.empty()) text_ += indent_ + "{}\n";
     for (const auto& [robot, value] : values) line(Text().write(robot), ' ' + type.write(value));
+  }
+  template <typename T, typename Type>
+  void by_camera(std::string_view name, const std::map<std::string, T>& values, const Type& type,
+                 const char* meaning) {
+    by_robot(name, values, type, meaning);
   }
   template <typename Section>
   void section(std::string_view name, Section& section, const char* /*meaning*/) {
@@ -149,6 +163,11 @@ class KeyList {
                 const char* meaning) {
     entry(name, ".ROBOT", type.text(), meaning);
   }
+  template <typename T, typename Type>
+  void by_camera(std::string_view name, const std::map<std::string, T>& /*values*/,
+                 const Type& type, const char* meaning) {
+    entry(name, ".CAMERA", type.text(), meaning);
+  }
   template <typename Section>
   void section(std::string_view name, Section& section, const char* /*meaning*/) {
     prefix_ = std::string(name) + '.';
@@ -179,6 +198,9 @@ class SomeKeys {
   template <typename T, typename Type>
   void key(std::string_view /*name*/, T& /*value*/, const Type& /*type*/, const char* /*meaning*/) {
   }
+  template <typename T, typename Type>
+  void by_camera(std::string_view /*name*/, T& /*values*/, const Type& /*type*/,
+                 const char* /*meaning*/) {}
   void require(bool /*truth*/, const char* /*expected*/) {}
 };
 
@@ -197,6 +219,10 @@ class FreePorts : public SomeKeys {
   void by_robot(std::string_view /*name*/, std::map<std::string, std::uint16_t>& ports,
                 const Port& /*type*/, const char* /*meaning*/) {
     for (auto& [robot, port] : ports) port = 0;
+  }
+  void by_camera(std::string_view /*name*/, std::map<std::string, Endpoint>& endpoints,
+                 const EndpointText& /*type*/, const char* /*meaning*/) {
+    for (auto& [camera, endpoint] : endpoints) endpoint.port = 0;
   }
   template <typename Section>
   void section(std::string_view /*name*/, Section& section, const char* /*meaning*/) {

@@ -90,10 +90,17 @@ struct VisionConfig {
   double repeat_s = 0.25;
 };
 
-/// Pictures of the scene's cameras, one port each.
+/// An address and a port to listen on.
+struct Endpoint {
+  std::string address;
+  std::uint16_t port = 0;  ///< 0 = one that the system picks
+};
+
+/// Pictures of the scene's cameras, one address or port each.
 struct CamerasConfig {
   std::string address = "localhost";
-  std::uint16_t port = 8090;  ///< of the first camera; the others follow
+  std::uint16_t port = 8090;                  ///< of the first camera; the others follow
+  std::map<std::string, Endpoint> endpoints;  ///< of cameras that have their own, by name
   std::uint32_t max_connections = 16;
   std::uint32_t max_mb = 512;  ///< of the renderers, besides memory.max_mb
   std::vector<std::string> allow;

@@ -8,6 +8,7 @@
 /// print or list them. It has
 ///   key(name, value, type, meaning)            one value,
 ///   by_robot(name, values, type, meaning)      a value for each robot, by its name,
+///   by_camera(name, values, type, meaning)     the same for each camera,
 ///   section(name, part, meaning)               a map of keys,
 ///   section_by_robot(name, parts, common, meaning)  a map for each robot; `common` has the values
 ///                                              of absent keys,
@@ -118,6 +119,9 @@ void visit(Archive& keys, CamerasConfig& cameras) {
   keys.key("address", cameras.address, Address{}, "address to listen on");
   keys.key("port", cameras.port, Port{},
            "port of the first camera, the others follow; 0: free ports for all");
+  keys.by_camera("endpoints", cameras.endpoints, EndpointText{},
+                 "address and port of one camera, in place of the common ones; for cameras of any "
+                 "scene");
   keys.key("max_connections", cameras.max_connections, kConnections,
            "limit of simultaneous connections to each camera");
   keys.key(

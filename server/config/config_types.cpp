@@ -65,6 +65,29 @@ void Address::read(const yaml::Node& node, std::string& value) const {
   if (!numeric && value != "localhost") node.unexpected(text());
 }
 
+void EndpointText::read(const yaml::Node& node, Endpoint& value) const {
+  const std::string whole = node.text();
+  const std::size_t colon = whole.rfind(':');
+  std::string address = whole.substr(0, colon);
+  const bool brackets = address.size() > 2 && address.front() == '[' && address.back() == ']';
+  if (brackets) address = address.substr(1, address.size() - 2);
+  const bool is_address = protocols::is_network(address) &&
+                          address.find('/') == std::string::npos &&
+                          brackets == (address.find(':') != std::string::npos);
+  std::uint16_t port = 0;
+  const char* const end = whole.data() + whole.size();
+  const bool has_port = colon != std::string::npos && colon + 1 < whole.size();
+  const auto parsed = has_port ? std::from_chars(whole.data() + colon + 1, end, port)
+                               : std::from_chars_result{nullptr, std::errc::invalid_argument};
+  if (!is_address || parsed.ec != std::errc() || parsed.ptr != end) return node.unexpected(text());
+  value = {address, port};
+}
+
+std::string EndpointText::write(const Endpoint& value) const {
+  const bool v6 = value.address.find(':') != std::string::npos;
+  return fmt::format("\"{}{}{}:{}\"", v6 ? "[" : "", value.address, v6 ? "]" : "", value.port);
+}
+
 void PacerName::read(const yaml::Node& node, std::string& value) const {
   value = node.text();
   const auto of_robot = [&](std::string_view wire) {

@@ -121,6 +121,15 @@ struct Address {
   }
 };
 
+/// The address and port of a listener, as "192.168.1.104:80" or "[::1]:80".
+struct EndpointText {
+  void read(const yaml::Node& node, Endpoint& value) const;
+  [[nodiscard]] std::string write(const Endpoint& value) const;
+  [[nodiscard]] std::string text() const {
+    return "ADDRESS:PORT, a numeric address with one of IPv6 in brackets, and a port of 0 to 65535";
+  }
+};
+
 struct Pace {
   void read(const yaml::Node& node, Speed& value) const;
   [[nodiscard]] std::string write(const Speed& value) const { return to_text(value); }

@@ -98,16 +98,20 @@ vision_server::VisionServerOptions vision_options(const ListenerContext& context
   return options;
 }
 
-camera_server::CameraServerOptions camera_options(const ListenerContext& context,
-                                                  std::size_t index) {
+camera_server::CameraServerOptions camera_options(const ListenerContext& context, std::size_t place,
+                                                  const std::string& name) {
   constexpr std::size_t kLastPort = 65535;
   const CamerasConfig& config = context.config.cameras;
-  const std::size_t port = config.port + index;
+  const std::size_t port = config.port + place;
   const bool is_free = config.port == 0 || port > kLastPort;
   camera_server::CameraServerOptions options;
   configure(options.listener, context, config,
             is_free ? std::uint16_t{0} : static_cast<std::uint16_t>(port), 0);
-  options.camera = index;
+  options.camera = name;
+  if (const auto own = config.endpoints.find(name); own != config.endpoints.end()) {
+    options.listener.address = own->second.address;
+    options.listener.port = own->second.port;
+  }
   return options;
 }
 

@@ -43,9 +43,10 @@ struct ListenerContext {
 [[nodiscard]] vision_server::VisionServerOptions vision_options(const ListenerContext& context,
                                                                 int index,
                                                                 const std::string& robot);
-/// For the camera with this index in the scene. A port beyond 65535 is a free one.
+/// For the camera with this name at this place in the scene. A port beyond 65535 is a free one.
 [[nodiscard]] camera_server::CameraServerOptions camera_options(const ListenerContext& context,
-                                                                std::size_t index);
+                                                                std::size_t place,
+                                                                const std::string& name);
 /// For a robot whose scene has Simple Message.
 [[nodiscard]] simple_message::SimpleMessageOptions simple_message_options(
     const ListenerContext& context, int index, const scene::Robot& robot);

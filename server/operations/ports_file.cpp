@@ -115,7 +115,12 @@ Result<void> PortsFile::write(const std::string& path, const Ports& ports) {
   if (!lock(file.get()) || !write_all(file.get(), json.dump(2) + "\n")) {
     done = refuse(draft, std::strerror(errno));
   } else {
-    for (int i = 0; i < kAttempts; ++i) {
+    // Nobody else replaces the file whose lock is ours.
+    const bool ours = file_ >= 0 && is_at(file_, path);
+    if (ours)
+      done = std::rename(draft.c_str(), path.c_str()) == 0 ? Result<void>()
+                                                           : refuse(path, std::strerror(errno));
+    for (int i = 0; i < kAttempts && !ours; ++i) {
       if (const auto outcome = replace(draft, path)) {
         done = *outcome;
         break;
@@ -127,6 +132,7 @@ Result<void> PortsFile::write(const std::string& path, const Ports& ports) {
     return done;
   }
   path_ = path;
+  if (file_ >= 0) ::close(file_);
   file_ = file.release();
   return done;
 }

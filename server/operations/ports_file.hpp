@@ -22,7 +22,7 @@ class PortsFile {
   PortsFile(const PortsFile&) = delete;
   PortsFile& operator=(const PortsFile&) = delete;
 
-  /// Call it once. Errors: kUnavailable with path and cause.
+  /// Again: the same path, other ports. Errors: kUnavailable with path and cause.
   [[nodiscard]] Result<void> write(const std::string& path, const Ports& ports);
   /// Removes the file, if it is still ours.
   void remove();

@@ -43,6 +43,7 @@ std::vector<Injection> injections() {
                            {},
                            api::WhenCrossing{Quantity::kBeltTravel, "", 1, true, 0.03},
                            {}}},
+      {0, timed("picture-dirt", "fanuc_table", {{"spots", 3}}, 200ms, 400ms)},
       {600, api::InjectFault{"part-missing", "part_large_gear_2", {}, {}, {}}},
   };
 }
@@ -132,7 +133,7 @@ TEST(FaultsAgain, TwiceTheSameAndOnFromASavedStateInTheMidst) {
   api::Snapshot last;
   world.write(last);
   for (const auto& fault : last.faults->all) begun += fault.begin_step ? 1 : 0;
-  EXPECT_EQ(begun, 13);
+  EXPECT_EQ(begun, 14);
 }
 
 }  // namespace

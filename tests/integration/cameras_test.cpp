@@ -4,6 +4,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdint>
+#include <fstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -13,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/cell_client.hpp"
+#include "tests/support/crcl_text_client.hpp"
 #include "tests/support/daemon_process.hpp"
 #include "tests/support/eventually.hpp"
 #include "tests/support/patience.hpp"
@@ -217,6 +219,133 @@ TEST(Cameras, StoppingTheDaemonEndsStreams) {
   reader.picture();
   EXPECT_EQ(daemon.stop(SIGTERM).exit_code, 0);
   EXPECT_THROW(while (true) reader.picture(), std::runtime_error);
+}
+
+void run_client(const DaemonProcess& daemon, std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), std::string(APRSIM_BIN_DIR) + "/aprsim");
+  arguments.insert(arguments.end(), {"--ports-file", daemon.ports_file()});
+  const auto done = run_process(arguments);
+  EXPECT_EQ(done.exit_code, 0) << testing::PrintToString(arguments) << done.err;
+}
+
+std::string picture_of(const DaemonProcess& daemon, const std::string& camera) {
+  return body_of(page_request(daemon, "GET /camera?name=" + camera + " HTTP/1.1"));
+}
+
+TEST(Cameras, InjectedFaultsSpoilPicturesAndEnd) {
+  constexpr int kUntilRest = 2000;
+  const auto run = [] {
+    const DaemonProcess daemon({"--speed", "stepped", "--seed", "5"});
+    CellClient cell(daemon.port("grpc"));
+    cell.step(kUntilRest);
+    const std::string clean = picture_of(daemon, "fanuc_table");
+    std::vector<std::string> seen;
+    const std::vector<std::vector<std::string>> faults = {{"picture-dirt", "--share", "0.9"},
+                                                          {"picture-flicker", "--rate", "100"},
+                                                          {"picture-noise"},
+                                                          {"picture-quality", "--quality", "5"}};
+    for (const auto& fault : faults) {
+      std::vector<std::string> inject = {"fault", "inject", fault[0], "fanuc_table"};
+      inject.insert(inject.end(), fault.begin() + 1, fault.end());
+      run_client(daemon, inject);
+      cell.step(5);
+      seen.push_back(picture_of(daemon, "fanuc_table"));
+      EXPECT_TRUE(seen.back() != clean) << fault[0];
+      EXPECT_EQ(jpeg_size(seen.back()), std::pair(1280, 720));
+    }
+    EXPECT_LT(seen.back().size(), seen[2].size() / 2) << "compressed more";
+    run_client(daemon, {"fault", "inject", "picture-outage", "fanuc_table"});
+    cell.step(1);
+    const std::string out = page_request(daemon, "GET /camera?name=fanuc_table HTTP/1.1");
+    EXPECT_TRUE(out.starts_with("HTTP/1.1 503")) << out.substr(0, 200);
+    EXPECT_NE(out.find("fanuc_table is out of order"), std::string::npos) << out;
+    EXPECT_EQ(jpeg_size(picture_of(daemon, "motoman_belt")), std::pair(1280, 720));
+    for (int id = 1; id <= 5; ++id) run_client(daemon, {"fault", "end", std::to_string(id)});
+    cell.step(1);
+    EXPECT_TRUE(picture_of(daemon, "fanuc_table") == clean) << "nothing has moved";
+    return seen;
+  };
+  EXPECT_TRUE(run() == run()) << "the same seed and steps, the same bits";
+}
+
+TEST(Cameras, OnAFlangeMoveWithTheArm) {
+  const DaemonProcess daemon({"--speed", "stepped", "--scene", "fanuc_only"});
+  CellClient cell(daemon.port("grpc"));
+  cell.step(1);
+  ASSERT_EQ(cell.cell().cameras_size(), 2);
+  EXPECT_EQ(cell.cell().cameras(1).carrier(), "fanuc");
+  const auto pose = [&](const std::string& camera) {
+    const std::string answer = page_request(daemon, "GET /camera?name=" + camera + " HTTP/1.1");
+    const std::size_t at = answer.find("X-Pose: ");
+    return at == std::string::npos ? "none" : answer.substr(at, answer.find('\r', at) - at);
+  };
+  const std::string there = pose("fanuc_tool"), overhead = pose("fanuc_overhead");
+  const std::string before = picture_of(daemon, "fanuc_tool");
+  EXPECT_EQ(jpeg_size(before), std::pair(640, 480));
+  StreamReader reader(daemon.port("camera.fanuc_tool"));
+  reader.head();
+  EXPECT_TRUE(reader.picture() == before);
+  CrclTextClient robot(daemon.port("crcl.fanuc"));
+  robot.send("InitCanonType");
+  robot.send("ActuateJointsType",
+             "<ActuateJoint><JointNumber>1</JointNumber><JointPosition>40</JointPosition>"
+             "<JointDetails xsi:type=\"JointSpeedAccelType\"/></ActuateJoint>");
+  // The commands come by another wire.
+  ASSERT_TRUE(eventually(
+      [&] {
+        cell.step(100);
+        return pose("fanuc_tool") != there;
+      },
+      kLongest));
+  EXPECT_EQ(pose("fanuc_overhead"), overhead);
+  EXPECT_TRUE(picture_of(daemon, "fanuc_tool") != before);
+  std::string later = before;
+  for (int i = 0; i < 20 && later == before; ++i) later = reader.picture();
+  EXPECT_TRUE(later != before);
+}
+
+TEST(Cameras, AreThoseOfASceneThatIsLoadedLater) {
+  const DaemonProcess daemon({"--speed", "stepped", "--scene", "aprs"});
+  const std::uint16_t table = daemon.port("camera.fanuc_table");
+  const std::uint16_t belt = daemon.port("camera.motoman_belt");
+  StreamReader stays(table), ends(belt);
+  stays.head();
+  ends.head();
+  EXPECT_EQ(jpeg_size(stays.picture()), std::pair(1280, 720));
+  run_client(daemon, {"reset", "--scene", "aprs_2025"});
+  const auto ports = [&] {
+    std::ifstream in(daemon.ports_file());
+    return nlohmann::json::parse(in, nullptr, false);
+  };
+  ASSERT_TRUE(eventually([&] { return ports().contains("camera.teach_table"); }, kLongest));
+  EXPECT_EQ(ports()["camera.fanuc_table"], table) << "the same name, the same port";
+  EXPECT_FALSE(ports().contains("camera.motoman_belt"));
+  EXPECT_THROW(while (true) ends.picture(), std::runtime_error);
+  std::pair<int, int> size(1280, 720);
+  for (int i = 0; i < 100 && size.first == 1280; ++i) size = jpeg_size(stays.picture());
+  EXPECT_EQ(size, std::pair(1920, 1080)) << "the stream goes on with the new scene's camera";
+  StreamReader teach(ports()["camera.teach_table"].get<std::uint16_t>());
+  teach.head();
+  EXPECT_EQ(jpeg_size(teach.picture()), std::pair(1280, 960));
+  EXPECT_TRUE(
+      page_request(daemon, "GET /camera?name=motoman_belt HTTP/1.1").starts_with("HTTP/1.1 404"));
+  EXPECT_EQ(nlohmann::json::parse(body_of(page_request(daemon, "GET /cameras HTTP/1.1"))).size(),
+            5U);
+}
+
+TEST(Cameras, MayHaveAnAddressOfTheirOwn) {
+  const DaemonProcess daemon({"--set", "cameras.endpoints.motoman_belt=127.0.0.7:0"});
+  EXPECT_NO_THROW(TcpSocket(daemon.port("camera.fanuc_table")));
+  EXPECT_THROW(TcpSocket(daemon.port("camera.motoman_belt")), std::runtime_error);
+}
+
+TEST(Cameras, MoreMemoryThanTheirLimitIsRefused) {
+  const DaemonProcess daemon(
+      {"--speed", "stepped", "--scene", "aprs_2025", "--set", "cameras.max_mb=48"});
+  const std::string answer = page_request(daemon, "GET /camera?name=fanuc_table HTTP/1.1");
+  EXPECT_TRUE(answer.starts_with("HTTP/1.1 503")) << answer.substr(0, 200);
+  EXPECT_NE(answer.find("42 MB are too few for the pictures of fanuc_table"), std::string::npos)
+      << answer;
 }
 
 }  // namespace

@@ -69,6 +69,26 @@ api::ToolDescription describe_tool(const scene::Tool& tool) {
   return out;
 }
 
+api::CameraDescription describe_camera(const scene::Camera& camera, const scene::Scene& scene) {
+  const auto robot = [&scene](int index) {
+    return index < 0 ? std::string() : scene.robots[static_cast<std::size_t>(index)].name;
+  };
+  const scene::Lens& lens = camera.lens;
+  return {.name = camera.name,
+          .robot = robot(camera.robot),
+          .carrier = robot(camera.carrier),
+          .X_PC = camera.X_PC,
+          .width_px = static_cast<std::uint32_t>(lens.width_px),
+          .height_px = static_cast<std::uint32_t>(lens.height_px),
+          .focal_x_px = lens.focal_px.x(),
+          .focal_y_px = lens.focal_px.y(),
+          .centre_x_px = lens.centre_px.x(),
+          .centre_y_px = lens.centre_px.y(),
+          .distortion = {lens.distortion.begin(), lens.distortion.end()},
+          .rate_hz = camera.rate_hz,
+          .latency_s = camera.latency_s};
+}
+
 }  // namespace
 
 api::CellDescription describe_cell(const scene::Scene& scene) {
@@ -84,6 +104,7 @@ api::CellDescription describe_cell(const scene::Scene& scene) {
   for (const auto& [name, type] : scene.gear_types) cell.body_types.push_back(name);
   cell.scene_text = std::shared_ptr<const std::string>(std::make_shared<std::string>(scene.text));
   for (const auto& tool : scene::tools_of(scene)) cell.tools.push_back(describe_tool(tool));
+  for (const auto& camera : scene.cameras) cell.cameras.push_back(describe_camera(camera, scene));
   return cell;
 }
 

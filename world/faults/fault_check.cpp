@@ -135,6 +135,12 @@ Result<void> resolve_target(const std::string& target, const api::CellDescriptio
       return keep(find_body(cell, target, false, true), spec.body);
     case Target::kPhotoEye:
       return keep(find_eye(cell, target, "target"), spec.eye);
+    case Target::kCamera: {
+      // Nothing of the world's state belongs to it: its name is enough.
+      const auto camera = index_of(cell.cameras, target, "target", "camera of the cell");
+      if (!camera) return tl::unexpected(camera.error());
+      return {};
+    }
     case Target::kJoint:
     case Target::kPair:
     case Target::kSighting: {
@@ -186,8 +192,9 @@ Result<void> resolve_values(const std::map<std::string, double>& given, FaultSpe
 
 /// Parameters that are numbers of something.
 Result<void> check_whole_numbers(const FaultSpec& spec) {
-  for (const auto& [kind, name] : {std::pair(Kind::kModbusExceptions, "code"),
-                                   std::pair(Kind::kGripperSlowFinger, "finger")}) {
+  for (const auto& [kind, name] :
+       {std::pair(Kind::kModbusExceptions, "code"), std::pair(Kind::kGripperSlowFinger, "finger"),
+        std::pair(Kind::kPictureDirt, "spots"), std::pair(Kind::kPictureQuality, "quality")}) {
     if (spec.kind != kind || spec.value(name) == std::floor(spec.value(name))) continue;
     return bad_fault(name, std::string(name) + " is " + short_number(spec.value(name)) +
                                ", must be a whole number");
@@ -321,6 +328,7 @@ struct TriggerWords {
 bool FaultSpec::has_target() const {
   switch (faults::info(kind).target) {
     case Target::kCell:
+    case Target::kCamera:
       return true;
     case Target::kRobot:
       return robot >= 0;

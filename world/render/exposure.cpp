@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 namespace aprsim::render {
 namespace {
 
 constexpr int kSteps = 4096;
+constexpr std::uint64_t kDirt = 0x64697274;  // sets its numbers apart from the noise's
 
 /// sRGB codes (IEC 61966-2-1) of linear shares, with their fractions.
 const std::array<float, kSteps + 1>& codes() {
@@ -40,12 +42,27 @@ float normal(std::uint32_t bits) {
   return (static_cast<float>(sum) - kMean) / kDeviation;
 }
 
+/// Uniform in [0, 1), number `i` of a sequence.
+float uniform(std::uint64_t sequence, std::uint64_t i) {
+  return static_cast<float>(mix(sequence + i) >> 40U) * 0x1p-24F;
+}
+
+/// Share of the brightness that a flicker leaves. It begins at its brightest.
+float left_by(const scene::Flicker& flicker, double time_s) {
+  const double turns = flicker.rate_hz * time_s;
+  const double swing = 0.5 - 0.5 * std::cos(2 * std::numbers::pi * (turns - std::floor(turns)));
+  // In steps: the last bits of cos() differ between libraries.
+  return static_cast<float>(std::round((1 - flicker.share * swing) * kSteps) / kSteps);
+}
+
 }  // namespace
 
 Exposure::Exposure(const scene::Camera& camera, std::uint64_t seed)
-    : exposure_(static_cast<float>(camera.exposure)),
-      noise_(static_cast<float>(camera.noise)),
+    : width_(camera.lens.width_px),
+      height_(camera.lens.height_px),
+      exposure_(static_cast<float>(camera.exposure)),
       seed_(mix(seed)) {
+  set_flaws(camera, 0);
   constexpr double kLeastBlur_px = 0.2, kDeviations = 2.5;
   kernel_[0] = 1;
   if (camera.blur_px < kLeastBlur_px) return;
@@ -61,6 +78,49 @@ Exposure::Exposure(const scene::Camera& camera, std::uint64_t seed)
   }
 }
 
+bool Exposure::set_flaws(const scene::Camera& camera, double time_s) {
+  float gain = exposure_;
+  for (const scene::Flicker& flicker : camera.flicker) gain *= left_by(flicker, time_s);
+  const auto noise = static_cast<float>(camera.noise);
+  const bool changed = gain != gain_ || noise != noise_ || camera.dirt != dirt_;
+  gain_ = gain;
+  noise_ = noise;
+  if (camera.dirt != dirt_) {
+    dirt_ = camera.dirt;
+    spread_dirt();
+  }
+  return changed;
+}
+
+/// A spot takes most in its middle, and nothing from its rim on: it is out of focus.
+void Exposure::spread_dirt() {
+  passing_.clear();
+  if (dirt_.empty()) return;
+  const auto width = static_cast<float>(width_), height = static_cast<float>(height_);
+  std::vector<std::array<float, 4>> spots;  // x, y, radius, share
+  for (const scene::LensDirt& dirt : dirt_) {
+    const std::uint64_t sequence = mix(seed_ ^ mix(dirt.pattern ^ kDirt));
+    for (int i = 0; i < dirt.spots; ++i) {
+      const auto at = static_cast<std::uint64_t>(3 * i);
+      spots.push_back({width * uniform(sequence, at), height * uniform(sequence, at + 1),
+                       static_cast<float>(dirt.size) * width * (0.5F + uniform(sequence, at + 2)),
+                       static_cast<float>(dirt.share)});
+    }
+  }
+  passing_.reserve(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
+  for (int y = 0; y < height_; ++y) {
+    for (int x = 0; x < width_; ++x) {
+      float passing = 255;
+      for (const auto& [spot_x, spot_y, radius, share] : spots) {
+        const float dx = static_cast<float>(x) - spot_x, dy = static_cast<float>(y) - spot_y;
+        const float inside = std::max(0.0F, 1 - (dx * dx + dy * dy) / (radius * radius));
+        passing *= 1 - share * inside * inside;
+      }
+      passing_.push_back(static_cast<std::uint8_t>(passing + 0.5F));
+    }
+  }
+}
+
 void Exposure::encode(const float* light, int x, int y, std::uint64_t frame,
                       std::uint8_t* out) const {
   std::uint64_t bits = 0;
@@ -69,8 +129,15 @@ void Exposure::encode(const float* light, int x, int y, std::uint64_t frame,
         static_cast<std::uint64_t>(y) << 20U | static_cast<std::uint64_t>(x);
     bits = mix(seed_ ^ mix(frame) ^ (pixel * 0x9e3779b97f4a7c15U));
   }
+  float gain = gain_;
+  if (!passing_.empty()) {
+    gain *=
+        static_cast<float>(passing_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
+                                    static_cast<std::size_t>(x)]) /
+        255;
+  }
   for (int c = 0; c < 3; ++c) {
-    const float share = std::clamp(light[c] * exposure_, 0.0F, 1.0F);
+    const float share = std::clamp(light[c] * gain, 0.0F, 1.0F);
     float code = codes()[static_cast<std::size_t>(share * kSteps + 0.5F)];
     if (noise_ > 0) {
       code += noise_ * normal(static_cast<std::uint32_t>(bits >> (20U * static_cast<unsigned>(c))));

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "world/render/picture.hpp"
 #include "world/render/raster/tiles.hpp"
@@ -9,11 +10,16 @@
 
 namespace aprsim::render {
 
-/// A camera's sensor: from linear light to 8-bit sRGB codes, with the lens's blur, exposure and
-/// noise. A pixel's noise depends on the seed, the frame and the pixel alone.
+/// A camera's lens and sensor: from linear light to 8-bit sRGB codes, with blur, dirt, flicker,
+/// exposure and noise. A pixel's noise depends on the seed, the frame and the pixel alone, the
+/// places of dirt on the seed and the dirt's pattern.
 class Exposure {
  public:
   Exposure(const scene::Camera& camera, std::uint64_t seed);
+
+  /// Takes over dirt, flicker and noise of a camera, at a simulated time. Returns whether pictures
+  /// become others than before, by noise alone excepted.
+  bool set_flaws(const scene::Camera& camera, double time_s);
 
   /// Distance over which a pixel's light reaches others.
   [[nodiscard]] int reach_px() const { return reach_; }
@@ -25,11 +31,17 @@ class Exposure {
  private:
   static constexpr int kMaxReach = 6;
   void encode(const float* light, int x, int y, std::uint64_t frame, std::uint8_t* out) const;
+  void spread_dirt();
 
   std::array<float, 2 * kMaxReach + 1> kernel_{};
   int reach_ = 0;
-  float exposure_ = 1, noise_ = 0;
+  int width_ = 0, height_ = 0;
+  float exposure_ = 1;  // of the camera
+  float gain_ = 1;      // with the flicker at present
+  float noise_ = 0;
   std::uint64_t seed_ = 0;
+  std::vector<scene::LensDirt> dirt_;
+  std::vector<std::uint8_t> passing_;  // share of the light of each pixel, of 255; empty = no dirt
 };
 
 }  // namespace aprsim::render

@@ -26,7 +26,7 @@ Eigen::Vector3f blend(const Corners& corners, const Eigen::Vector3f& weights) {
 /// 5 m away.
 std::vector<Eigen::Vector3d> seen_by(const scene::Camera& camera) {
   constexpr double kFar_m = 5;
-  const Eigen::Isometry3d X_WC = camera.X_WC.isometry();
+  const Eigen::Isometry3d X_WC = camera.X_PC.isometry();
   std::vector<Eigen::Vector3d> points;
   for (int i = 0; i <= 4; ++i) {
     for (int k = 0; k <= 4; ++k) {
@@ -41,6 +41,17 @@ std::vector<Eigen::Vector3d> seen_by(const scene::Camera& camera) {
     }
   }
   if (points.empty()) points.push_back(X_WC.translation());
+  return points;
+}
+
+/// Corners of a box with a margin.
+std::vector<Eigen::Vector3d> corners(const Eigen::AlignedBox3d& box) {
+  constexpr double kMargin_m = 0.3;
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 8; ++i) {
+    const Eigen::Vector3d side(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
+    points.emplace_back(box.center() + side.cwiseProduct(0.5 * box.sizes()) + kMargin_m * side);
+  }
   return points;
 }
 
@@ -62,41 +73,75 @@ std::vector<Lamp> lamps_over(const Eigen::AlignedBox3d& extent) {
            .distance_m = kAbove_m}};
 }
 
-Renderer::Renderer(const scene::Camera& camera, const std::vector<Lamp>& lamps, std::uint64_t seed)
+Renderer::Renderer(const scene::Camera& camera, const std::vector<Lamp>& lamps, std::uint64_t seed,
+                   const Eigen::AlignedBox3d& cell)
     : camera_(camera),
-      X_WC_(camera.X_WC.isometry()),
+      X_WC_(camera.X_PC.isometry()),
       X_CW_(X_WC_.inverse()),
-      raster_(camera.lens),
+      raster_(camera.lens, Rasterizer::Contents::kDepthAndOwner, budget_),
       R_WC_(X_WC_.linear().cast<float>()),
       eye_W_(X_WC_.translation().cast<float>()),
       light_(camera.lens.width_px, camera.lens.height_px, 3),
       exposure_(camera, seed),
       rgb_(camera.lens.width_px, camera.lens.height_px, 3) {
-  const std::vector<Eigen::Vector3d> lit = seen_by(camera);
+  const std::vector<Eigen::Vector3d> lit =
+      camera.is_fixed() || cell.isEmpty() ? seen_by(camera) : corners(cell);
+  shadows_.reserve(kMaxLamps);
   for (const Lamp& lamp : lamps) {
-    if (shadows_.size() < kMaxLamps) shadows_.emplace_back(lamp, lit);
+    if (shadows_.size() < kMaxLamps) shadows_.emplace_back(lamp, lit, budget_);
   }
   lit_from_.resize(grid().tiles() * shadows_.size());
+  // It is there, whatever the limit.
+  (void)budget_.take(fixed_bytes(camera));
 }
 
-std::uint64_t Renderer::needed_bytes(const scene::Camera& camera) {
-  constexpr std::uint64_t kLamps = 2, kFacets = std::uint64_t{16} << 20U;
-  const std::uint64_t pixels = TileGrid(camera.lens.width_px, camera.lens.height_px).pixels();
-  // Light, colour, depth, owner, and the directions of a distorted lens.
-  const bool distorted =
-      std::ranges::any_of(camera.lens.distortion, [](double term) { return term != 0; });
-  return pixels * (12 + 3 + 4 + 4 + (distorted ? 8 : 0)) + kLamps * ShadowMap::kBytes + kFacets;
+std::uint64_t Renderer::fixed_bytes(const scene::Camera& camera) {
+  constexpr std::uint64_t kLamps = 2;
+  const TileGrid grid(camera.lens.width_px, camera.lens.height_px);
+  // Light, colours and dirt.
+  constexpr std::uint64_t kPixel = 3 * sizeof(float) + 3 + 1;
+  return Rasterizer::fixed_bytes(camera.lens, Rasterizer::Contents::kDepthAndOwner) +
+         grid.pixels() * kPixel + grid.tiles() * kLamps * sizeof(ShadowMap::Range) +
+         kLamps * ShadowMap::fixed_bytes();
 }
 
-std::size_t Renderer::draw(const std::vector<Placement>& placements, std::uint64_t frame,
-                           int threads) {
-  placements_ = placements;
-  R_WP_.resize(placements.size());
-  for (std::size_t i = 0; i < placements.size(); ++i) {
-    R_WP_[i] = placements[i].X_W.linear().cast<float>();
+bool Renderer::set_camera(const scene::Camera& camera, const Eigen::Isometry3d& X_WC,
+                          double time_s) {
+  const bool changed = exposure_.set_flaws(camera, time_s);
+  all_due_ = all_due_ || changed;
+  if (X_WC.matrix() == X_WC_.matrix()) return changed;
+  X_WC_ = X_WC;
+  X_CW_ = X_WC.inverse();
+  R_WC_ = X_WC.linear().cast<float>();
+  eye_W_ = X_WC.translation().cast<float>();
+  return true;
+}
+
+/// False where the limit of memory would be exceeded.
+bool Renderer::remember(const std::vector<Placement>& placements) {
+  if (!budget_.make_room(placements_, placements.size()) ||
+      !budget_.make_room(R_WP_, placements.size())) {
+    return false;
   }
-  for (ShadowMap& shadow : shadows_) shadow.draw(placements, threads);
-  const TileSet shaded = tiles_to_shade(raster_.draw(placements, X_CW_, threads));
+  for (const Placement& placement : placements) {
+    placements_.push_back(placement);
+    R_WP_.emplace_back(placement.X_W.linear().cast<float>());
+  }
+  return true;
+}
+
+Result<std::size_t> Renderer::draw(const std::vector<Placement>& placements, std::uint64_t frame,
+                                   int threads) {
+  TileSet drawn;
+  if (remember(placements)) drawn = raster_.draw(placements, X_CW_, threads);
+  for (ShadowMap& shadow : shadows_) {
+    if (!budget_.exceeded()) shadow.draw(placements, threads);
+  }
+  if (budget_.exceeded()) {
+    return fail(ErrorCode::kFailedPrecondition, "memory",
+                camera_.name + " sees more than its limit of memory permits");
+  }
+  const TileSet shaded = tiles_to_shade(drawn);
   std::vector<std::size_t> tiles;
   for (std::size_t tile = 0; tile < shaded.size(); ++tile) {
     if (shaded[tile] != 0) tiles.push_back(tile);
@@ -164,8 +209,9 @@ void Renderer::shade_tile(std::size_t tile) {
 }
 
 void Renderer::expose(const TileSet& shaded, std::uint64_t frame, int threads) {
-  const bool everything = !exposed_ || (exposure_.is_noisy() && frame != frame_);
+  const bool everything = !exposed_ || all_due_ || (exposure_.is_noisy() && frame != frame_);
   exposed_ = true;
+  all_due_ = false;
   frame_ = frame;
   // Light reaches the neighbouring tiles: no kernel is wider than a tile.
   std::vector<std::size_t> tiles;

@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 
+#include "world/base/result.hpp"
 #include "world/render/exposure.hpp"
 #include "world/render/picture.hpp"
 #include "world/render/raster/rasterizer.hpp"
@@ -17,17 +18,29 @@ namespace aprsim::render {
 [[nodiscard]] std::vector<Lamp> lamps_over(const Eigen::AlignedBox3d& extent);
 
 /// The pictures of one camera. Only tiles over which something moved, or its shadow, are drawn
-/// again. The pictures are the same bits for the same placements, frame number and seed, whatever
-/// was drawn before and with any number of threads. Thread: one at a time.
+/// again. The pictures are the same bits for the same placements, camera, time, frame number and
+/// seed, whatever was drawn before and with any number of threads. Thread: one at a time.
 class Renderer {
  public:
-  Renderer(const scene::Camera& camera, const std::vector<Lamp>& lamps, std::uint64_t seed);
-  /// Memory of a renderer of this camera with two lamps and the default cell, approximately.
-  [[nodiscard]] static std::uint64_t needed_bytes(const scene::Camera& camera);
+  /// `cell`: box around what a camera that moves may see.
+  Renderer(const scene::Camera& camera, const std::vector<Lamp>& lamps, std::uint64_t seed,
+           const Eigen::AlignedBox3d& cell = {});
+  Renderer(const Renderer&) = delete;
+  Renderer& operator=(const Renderer&) = delete;
+  /// Memory of a renderer with two lamps before it has drawn anything.
+  [[nodiscard]] static std::uint64_t fixed_bytes(const scene::Camera& camera);
+  /// Memory at present.
+  [[nodiscard]] std::uint64_t bytes() const { return budget_.used(); }
+  void set_limit(std::uint64_t bytes) { budget_.set_limit(bytes); }
 
+  /// Pose, dirt, flicker and noise from now on; `camera` has the same lens. `time_s`: simulated.
+  /// Returns whether pictures become others.
+  bool set_camera(const scene::Camera& camera, const Eigen::Isometry3d& X_WC, double time_s);
   /// Draws the placements, which keep their order and meshes. `frame`: number of its noise.
-  /// Returns how many tiles were drawn.
-  std::size_t draw(const std::vector<Placement>& placements, std::uint64_t frame, int threads = 1);
+  /// Returns how many tiles were drawn. Error: kFailedPrecondition where the limit of memory would
+  /// be exceeded; the renderer is of no use then.
+  Result<std::size_t> draw(const std::vector<Placement>& placements, std::uint64_t frame,
+                           int threads = 1);
 
   [[nodiscard]] const scene::Camera& camera() const { return camera_; }
   [[nodiscard]] std::size_t tiles() const { return grid().tiles(); }
@@ -47,8 +60,10 @@ class Renderer {
   Eigen::Vector3f shade_pixel(std::size_t pixel, int pattern, ShadowMap::Spread* spreads) const;
   [[nodiscard]] TileSet tiles_to_shade(const TileSet& drawn) const;
   void expose(const TileSet& shaded, std::uint64_t frame, int threads);
+  [[nodiscard]] bool remember(const std::vector<Placement>& placements);
 
   scene::Camera camera_;
+  MemoryBudget budget_;
   Eigen::Isometry3d X_WC_, X_CW_;
   Rasterizer raster_;
   std::vector<ShadowMap> shadows_;
@@ -61,7 +76,7 @@ class Renderer {
   Exposure exposure_;
   Picture<std::uint8_t> rgb_;
   std::uint64_t frame_ = 0;
-  bool exposed_ = false;
+  bool exposed_ = false, all_due_ = false;
 };
 
 }  // namespace aprsim::render

@@ -80,6 +80,8 @@ void check_target(const yaml::Node& node, const std::string& target, faults::Tar
       return;
     case faults::Target::kPhotoEye:
       return check_name_in(node, target, "photo-eye", photo_eyes(scene));
+    case faults::Target::kCamera:
+      return check_name_in(node, target, "camera", names_of(scene.cameras));
   }
 }
 

@@ -42,7 +42,7 @@ from .snapshots import BodyState, Snapshot, seconds
 from .trajectories import Feedback, Followed, Trajectory
 
 if TYPE_CHECKING:
-    from .v1 import camera_service_pb2, cell_pb2, control_service_pb2, faults_pb2, snapshot_pb2
+    from .v1 import cell_pb2, control_service_pb2, faults_pb2, snapshot_pb2
 
 T = TypeVar("T")
 
@@ -291,7 +291,7 @@ class Robot:
 class Camera(CameraBase):
     """As `aprsim.Camera`. Each call takes a picture of the latest state."""
 
-    def __init__(self, cell: Cell, description: camera_service_pb2.CameraDescription) -> None:
+    def __init__(self, cell: Cell, description: cell_pb2.CameraDescription) -> None:
         super().__init__(description)
         self._cell = cell
 

@@ -16,7 +16,7 @@ from .snapshots import seconds
 from .v1 import camera_service_pb2 as messages
 
 if TYPE_CHECKING:
-    from .v1 import camera_service_pb2
+    from .v1 import camera_service_pb2, cell_pb2
 
 Content = Literal["rgb", "depth", "depth_16", "segmentation", "normals"]
 """rgb: 3 bytes a pixel; depth: metres along z; depth_16: tenths of millimetres; segmentation: numbers of
@@ -62,6 +62,8 @@ class Picture:
     sim_time_s: float
     pixels: Pixels
     """Rows from the top: (height, width) or (height, width, 3). Read-only."""
+    X_WC: Array
+    """The pose of the camera frame C in the world W at this step."""
     objects: tuple[SeenObject, ...] = ()
     """The objects by their numbers in a segmented picture."""
 
@@ -69,7 +71,7 @@ class Picture:
 class CameraBase:
     """The lens and the pose of a camera."""
 
-    def __init__(self, description: camera_service_pb2.CameraDescription) -> None:
+    def __init__(self, description: cell_pb2.CameraDescription) -> None:
         self.description = description
 
     @property
@@ -83,9 +85,23 @@ class CameraBase:
         return self.description.width_px, self.description.height_px
 
     @property
+    def carrier(self) -> str:
+        """The robot on whose flange it is mounted; empty = it is fixed."""
+        return self.description.carrier
+
+    @property
     def X_WC(self) -> Array:
-        """The pose of the camera frame C in the world W."""
+        """The pose of the camera frame C in the world W. Raises AprsimError for a camera on a flange."""
+        if self.carrier:
+            raise AprsimError(f"{self.name} moves with {self.carrier}; each of its pictures has X_WC")
         return matrix(self.description.camera_in_world)
+
+    @property
+    def X_FC(self) -> Array:
+        """The pose of the camera frame C in the flange F. Raises AprsimError for a fixed camera."""
+        if not self.carrier:
+            raise AprsimError(f"{self.name} is fixed; it has X_WC")
+        return matrix(self.description.camera_in_flange)
 
     @property
     def intrinsics(self) -> Array:
@@ -110,7 +126,7 @@ class Camera(CameraBase):
 
     def __init__(
         self,
-        description: camera_service_pb2.CameraDescription,
+        description: cell_pb2.CameraDescription,
         run: Callable[[calls.Call[Any]], Any],
         stream: Callable[[calls.Service, str, Any], Iterator[Any]],
     ) -> None:
@@ -160,10 +176,10 @@ class Camera(CameraBase):
             yield picture_of(answer.image, content)
 
 
-def list_cameras() -> calls.Call[list[camera_service_pb2.CameraDescription]]:
+def list_cameras() -> calls.Call[list[cell_pb2.CameraDescription]]:
     """The call that lists the cameras."""
 
-    def read(answer: Any) -> list[camera_service_pb2.CameraDescription]:
+    def read(answer: Any) -> list[cell_pb2.CameraDescription]:
         return list(answer.cameras)
 
     return calls.Call("Camera", "ListCameras", messages.ListCamerasRequest(), read)
@@ -199,13 +215,14 @@ def picture_of(image: camera_service_pb2.Image, content: Content) -> Picture:
         image.step,
         seconds(image.sim_time),
         np.frombuffer(image.data, dtype=kind).reshape(shape),
+        matrix(image.camera_in_world),
         tuple(SeenObject(_KINDS[seen.kind], seen.name) for seen in image.objects),
     )
 
 
 def camera_named(
-    cameras: list[camera_service_pb2.CameraDescription], name: str
-) -> camera_service_pb2.CameraDescription:
+    cameras: list[cell_pb2.CameraDescription], name: str
+) -> cell_pb2.CameraDescription:
     """Raises AprsimError with the names there are."""
     named = {camera.name: camera for camera in cameras}
     if name not in named:

@@ -49,7 +49,7 @@ let robots: RobotPanel[] = [];
 const conveyor = new ConveyorPanel(state, access);
 const crcl = new TrafficPanel(state, 'crcl');
 const modbus = new TrafficPanel(state, 'modbus');
-const cameras = new CameraPanel();
+const cameras = new CameraPanel(state);
 const charts = new ChartPanel(state);
 Object.assign(stage, {charts}); // read by tests, as the view is
 const faults = new FaultPanel(state);

@@ -2,6 +2,7 @@
 export type {
   CellDescription,
   BodyDescription,
+  CameraDescription,
   RobotDescription,
   ToolDescription,
   TrayGeometry,

@@ -72,21 +72,6 @@ class RefusedImages final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   void OnDone() override { delete this; }
 };
 
-void write_camera(const protocols::CameraInfo& camera, v1::CameraDescription& out) {
-  out.set_name(camera.name);
-  out.set_robot(camera.robot);
-  out.set_width_px(static_cast<std::uint32_t>(camera.width));
-  out.set_height_px(static_cast<std::uint32_t>(camera.height));
-  out.set_rate_hz(camera.rate_hz);
-  out.set_latency_s(camera.latency_s);
-  protocols::write_message(camera.X_WC, *out.mutable_camera_in_world());
-  out.set_focal_x_px(camera.focal_px[0]);
-  out.set_focal_y_px(camera.focal_px[1]);
-  out.set_centre_x_px(camera.centre_px[0]);
-  out.set_centre_y_px(camera.centre_px[1]);
-  for (const double term : camera.distortion) out.add_distortion(term);
-}
-
 }  // namespace
 
 CameraService::CameraService(protocols::CameraPictures* pictures, ImageHub& hub,
@@ -102,8 +87,9 @@ grpc::ServerUnaryReactor* CameraService::ListCameras(grpc::CallbackServerContext
     return reactor;
   }
   if (pictures_ != nullptr) {
-    for (const protocols::CameraInfo& camera : pictures_->cameras()) {
-      write_camera(camera, *response->add_cameras());
+    const auto cameras = pictures_->cameras();
+    for (const auto& camera : *cameras) {
+      protocols::write_message(camera, *response->add_cameras());
     }
   }
   reactor->Finish(grpc::Status::OK);
@@ -114,14 +100,12 @@ Result<ImageWish> CameraService::wish(const std::string& name, v1::ImageFormat f
                                       double rate_hz) const {
   const auto form = form_of(format);
   if (!form) return tl::unexpected(form.error());
-  static const std::vector<protocols::CameraInfo> none;
-  const auto& cameras = pictures_ == nullptr ? none : pictures_->cameras();
-  const auto found = std::ranges::find(cameras, name, &protocols::CameraInfo::name);
-  if (found == cameras.end()) {
+  const auto cameras =
+      pictures_ == nullptr ? std::make_shared<protocols::CameraList>() : pictures_->cameras();
+  const auto found = std::ranges::find(*cameras, name, &api::CameraDescription::name);
+  if (found == cameras->end()) {
     std::string names;
-    for (const protocols::CameraInfo& camera : cameras) {
-      names += (names.empty() ? "" : ", ") + camera.name;
-    }
+    for (const auto& camera : *cameras) names += (names.empty() ? "" : ", ") + camera.name;
     return fail(ErrorCode::kNotFound, "camera",
                 fmt::format("no camera '{}'; there is {}", name, names.empty() ? "none" : names));
   }
@@ -129,8 +113,7 @@ Result<ImageWish> CameraService::wish(const std::string& name, v1::ImageFormat f
     return fail(ErrorCode::kInvalidArgument, "rate_hz",
                 fmt::format("{} is not within 0 and {} Hz", rate_hz, kMaxImageRate_hz));
   }
-  const std::size_t bytes = static_cast<std::size_t>(found->width) *
-                            static_cast<std::size_t>(found->height) * bytes_a_pixel(*form);
+  const std::size_t bytes = std::size_t{found->width_px} * found->height_px * bytes_a_pixel(*form);
   if (bytes > kMostImageBytes) {
     return fail(ErrorCode::kFailedPrecondition, "format",
                 fmt::format("a picture of {} in this format has {} MiB, more than {}", name,
@@ -138,9 +121,8 @@ Result<ImageWish> CameraService::wish(const std::string& name, v1::ImageFormat f
   }
   // The lowest rate is one picture an hour; the period then fits its type.
   const double rate = rate_hz == 0 ? found->rate_hz : rate_hz;
-  return ImageWish{static_cast<std::size_t>(found - cameras.begin()), name,
-                   format == v1::IMAGE_FORMAT_UNSPECIFIED ? v1::IMAGE_FORMAT_RGB : format, *form,
-                   std::max(rate, 1.0 / 3600)};
+  return ImageWish{name, format == v1::IMAGE_FORMAT_UNSPECIFIED ? v1::IMAGE_FORMAT_RGB : format,
+                   *form, std::max(rate, 1.0 / 3600)};
 }
 
 grpc::ServerUnaryReactor* CameraService::GetImage(grpc::CallbackServerContext* context,
@@ -168,7 +150,7 @@ grpc::ServerUnaryReactor* CameraService::GetImage(grpc::CallbackServerContext* c
                             --*taking;
                             if (!picture) return reactor->Finish(rpc_status(picture.error()));
                             *response = image_message({}, v1::GetImageResponse::kImageFieldNumber,
-                                                      wanted.name, wanted.format, *picture);
+                                                      wanted.camera, wanted.format, *picture);
                             reactor->Finish(grpc::Status::OK);
                           });
   return reactor;

@@ -41,6 +41,7 @@ v1::Image image_of(const std::string& camera, v1::ImageFormat format,
   image.set_width_px(static_cast<std::uint32_t>(picture.width));
   image.set_height_px(static_cast<std::uint32_t>(picture.height));
   image.set_format(format);
+  protocols::write_message(picture.X_WC, *image.mutable_camera_in_world());
   if (format == v1::IMAGE_FORMAT_SEGMENTATION && picture.objects) {
     for (const protocols::PictureObject& object : *picture.objects) {
       v1::ImageObject& out = *image.add_objects();

@@ -47,7 +47,7 @@ void ImageStream::send(Result<protocols::CameraPicture> picture) {
   head.set_dropped_count(dropped_);
   held.unlock();
   response_ = image_message(head.SerializeAsString(), v1::StreamImagesResponse::kImageFieldNumber,
-                            wish_.name, wish_.format, *picture);
+                            wish_.camera, wish_.format, *picture);
   StartWrite(&response_);
 }
 

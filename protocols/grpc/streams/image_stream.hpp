@@ -19,8 +19,7 @@ class ImageHub;
 
 /// The pictures that a client requests.
 struct ImageWish {
-  std::size_t camera = 0;
-  std::string name;  ///< of the camera
+  std::string camera;
   v1::ImageFormat format = v1::IMAGE_FORMAT_RGB;
   protocols::PictureForm form = protocols::PictureForm::kRgb;
   double rate_hz = 10;

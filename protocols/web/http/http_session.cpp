@@ -14,6 +14,7 @@
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include "protocols/access/call_roles.hpp"
@@ -286,15 +287,11 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     send(std::move(response));
   }
 
-  /// Index of the camera of "/camera?name=NAME"; further parameters are ignored.
-  [[nodiscard]] std::optional<std::size_t> camera_of(std::string_view query) const {
+  /// Name of the camera of "/camera?name=NAME"; further parameters are ignored.
+  [[nodiscard]] std::optional<std::string> camera_of(std::string_view query) const {
     constexpr std::string_view kKey = "name=";
     if (context_.cameras == nullptr || !query.starts_with(kKey)) return std::nullopt;
-    const std::string_view name = query.substr(kKey.size(), query.find('&') - kKey.size());
-    const auto& cameras = context_.cameras->cameras();
-    const auto found = std::ranges::find(cameras, name, &protocols::CameraInfo::name);
-    if (found == cameras.end()) return std::nullopt;
-    return static_cast<std::size_t>(found - cameras.begin());
+    return std::string(query.substr(kKey.size(), query.find('&') - kKey.size()));
   }
 
   void take_picture(const Request& request, std::string_view query) {
@@ -322,12 +319,18 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
   void send_picture(const Result<protocols::CameraPicture>& picture, bool head, bool keep_alive) {
     if (!tcp().socket().is_open()) return;
     if (!picture) {
-      return refuse(http::status::service_unavailable, picture.error().message, !keep_alive);
+      return refuse(picture.error().code == ErrorCode::kNotFound
+                        ? http::status::not_found
+                        : http::status::service_unavailable,
+                    picture.error().message, !keep_alive);
     }
     auto response = std::make_shared<Response>(http::status::ok, 11);
     set_security(*response);
     response->set(http::field::content_type, "image/jpeg");
     response->set("X-Step", std::to_string(picture->step));
+    const auto& [p, q] = picture->X_WC;
+    response->set("X-Pose", fmt::format("{} {} {} {} {} {} {}", p.x(), p.y(), p.z(), q.x(), q.y(),
+                                        q.z(), q.w()));
     response->keep_alive(keep_alive);
     response->content_length(picture->bytes->size());
     if (!head) response->body() = *picture->bytes;

@@ -148,6 +148,40 @@ class Pictures(WithCell):
         asyncio.run(run())
 
 
+class OnAFlange(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon(scene="motoman_only", speed="max", start_s=60 * PATIENCE)
+        cls.addClassCleanup(cls.daemon.close)
+
+    def test_its_pictures_move_with_the_arm(self):
+        with Cell.connect(self.daemon.ports_file) as cell:
+            self.assertEqual([camera.name for camera in cell.cameras()], ["motoman_overhead", "motoman_tool"])
+            camera = cell.camera("motoman_tool")
+            self.assertEqual(camera.carrier, "motoman")
+            with self.assertRaisesRegex(AprsimError, "motoman_tool moves with motoman"):
+                print(camera.X_WC)
+            with self.assertRaisesRegex(AprsimError, "motoman_overhead is fixed"):
+                print(cell.camera("motoman_overhead").X_FC)
+            cell.pause()
+            cell.save("begin")
+            first = camera.picture()
+            self.assertEqual(first.X_WC.shape, (4, 4))
+            overhead = cell.camera("motoman_overhead").picture()
+            self.assertTrue((overhead.X_WC == cell.camera("motoman_overhead").X_WC).all())
+            cell.resume()
+            with cell.robot("motoman") as robot:
+                robot.move_joints([0.3, 0.2, 0, 0, 0, 0, 0])
+            cell.pause()
+            later = camera.picture()
+            self.assertGreater(float(np.abs(later.X_WC - first.X_WC).max()), 0.1)
+            self.assertTrue((later.pixels != first.pixels).any())
+            cell.load("begin")
+            again = camera.picture()
+            self.assertTrue((again.pixels == first.pixels).all(), "the same state, the same bits")
+            self.assertTrue((again.X_WC == first.X_WC).all())
+
+
 class Environments(unittest.TestCase):
     @classmethod
     def setUpClass(cls):

@@ -124,6 +124,21 @@ struct ConveyorDescription {
   std::vector<PhotoEyeDescription> photo_eyes;  ///< at most kMaxPhotoEyes
 };
 
+/// A camera that takes pictures: a pinhole with the distortion of Brown (1966), as OpenCV has it.
+/// Its frame C: x to the right of the picture, y down, z along the view. The middle of the pixel at
+/// the top left is (0, 0).
+struct CameraDescription {
+  std::string name;
+  std::string robot;    ///< that it serves; empty = none
+  std::string carrier;  ///< robot whose flange it is mounted on; empty = it is fixed
+  Pose X_PC;            ///< in the carrier's flange; of a fixed one in the world
+  std::uint32_t width_px = 0, height_px = 0;
+  double focal_x_px = 0, focal_y_px = 0, centre_x_px = 0, centre_y_px = 0;
+  std::vector<double> distortion;  ///< k1, k2, p1, p2, k3
+  double rate_hz = 0;              ///< of its stream
+  double latency_s = 0;            ///< from exposure until a picture of its stream is sent
+};
+
 struct CellDescription {
   std::string scene;
   std::shared_ptr<const std::string> scene_text;  ///< YAML; null or empty = it was made otherwise
@@ -136,8 +151,9 @@ struct CellDescription {
   std::optional<LightCurtainDescription> light_curtain;
   std::vector<BodyDescription> bodies;
   std::vector<ToolDescription> tools;
-  std::vector<std::string> body_types;  ///< of trays and gears, whether there are some or not
-  std::vector<std::string> fixed;       ///< names of what never moves and can be touched
+  std::vector<std::string> body_types;     ///< of trays and gears, whether there are some or not
+  std::vector<std::string> fixed;          ///< names of what never moves and can be touched
+  std::vector<CameraDescription> cameras;  ///< in the order of the scene
 };
 
 }  // namespace aprsim::api

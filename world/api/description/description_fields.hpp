@@ -31,9 +31,13 @@ APRSIM_FIELDS(PhotoEyeDescription, FIELD(name), FIELD(x_m), FIELD(height_m))
 APRSIM_FIELDS(ConveyorDescription, FIELD_AS(X_WC, belt_in_world), FIELD(length_m), FIELD(width_m),
               FIELD(max_speed_m_s), FIELD(max_accel_m_s2), FIELD(max_decel_m_s2),
               FIELD(emergency_decel_m_s2), FIELD(photo_eyes))
+APRSIM_FIELDS(CameraDescription, FIELD(name), FIELD(robot), FIELD(carrier), BY_HAND(X_PC),
+              FIELD(width_px), FIELD(height_px), FIELD(focal_x_px), FIELD(focal_y_px),
+              FIELD(centre_x_px), FIELD(centre_y_px), FIELD(distortion), FIELD(rate_hz),
+              FIELD(latency_s))
 APRSIM_FIELDS(CellDescription, FIELD(scene), NOWHERE(scene_text), BY_HAND(revision), FIELD(seed),
               FIELD(step_size), FIELD(robots), BY_HAND(has_conveyor), BY_HAND(conveyor),
               FIELD(light_curtain), BY_HAND(bodies), BY_HAND(tools), FIELD(body_types),
-              FIELD(fixed))
+              FIELD(fixed), BY_HAND(cameras))
 
 }  // namespace aprsim::api

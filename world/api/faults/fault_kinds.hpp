@@ -61,6 +61,14 @@ enum class Kind {
   kCameraScale,
   kCameraSwapsLabels,
   kCameraFlipsTrays,
+  // pictures of cameras
+  kPictureOutage,
+  kPictureDirt,
+  kPictureFlicker,
+  kPictureNoise,
+  kPictureLate,
+  kPictureSlow,
+  kPictureQuality,
   // the light curtain
   kCurtainBroken,
   // the CRCL wires
@@ -95,6 +103,7 @@ enum class Target {
   kPair,      ///< "GEAR:GEAR", two of them
   kSighting,  ///< "ROBOT:NAME": a gear or tray before this robot's camera
   kPhotoEye,  ///< its name
+  kCamera,    ///< name of a camera that takes pictures
 };
 
 /// A parameter of a fault. SI; a share is of 1.

@@ -178,4 +178,16 @@ const std::vector<Placement>& CellModel::place(const api::Snapshot& snapshot) {
   return placements_;
 }
 
+const Eigen::Isometry3d& CellModel::X_WF(std::size_t robot) const {
+  // The last link's frame is the flange.
+  const Arm& arm = arms_.at(robot);
+  return placements_.at(arm.first + arm.model.links.size() - 1).X_W;
+}
+
+std::uint64_t CellModel::bytes() const {
+  std::uint64_t sum = placements_.capacity() * sizeof(Placement);
+  for (const Mesh& mesh : *meshes_) sum += mesh.triangles.capacity() * sizeof(Mesh::Triangle);
+  return sum;
+}
+
 }  // namespace aprsim::render

@@ -37,6 +37,10 @@ class CellModel {
   [[nodiscard]] const std::vector<SceneObject>& objects() const { return objects_; }
   /// The object of each placement.
   [[nodiscard]] const std::vector<std::uint16_t>& object_of() const { return object_of_; }
+  /// Pose of a robot's flange in the world, as it was placed last.
+  [[nodiscard]] const Eigen::Isometry3d& X_WF(std::size_t robot) const;
+  /// Memory of the meshes.
+  [[nodiscard]] std::uint64_t bytes() const;
   /// Box around what stands in the cell, the floor left out.
   [[nodiscard]] const Eigen::AlignedBox3d& extent() const { return extent_; }
 

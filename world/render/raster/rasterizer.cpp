@@ -113,20 +113,37 @@ std::pair<int, int> overlap(const std::vector<float>& mins, const std::vector<fl
   return {first, last};
 }
 
+/// Whether a facet may be seen within the tile.
+bool meets(const Rasterizer::Facet& facet, const Rays::Bounds& tile) {
+  return facet.x_max >= tile.x_min && facet.x_min <= tile.x_max && facet.y_max >= tile.y_min &&
+         facet.y_min <= tile.y_max && may_meet(facet.edge[0], tile) &&
+         may_meet(facet.edge[1], tile) && may_meet(facet.edge[2], tile);
+}
+
 }  // namespace
 
-Rasterizer::Rasterizer(const scene::Lens& lens, Contents contents)
-    : rays_(lens),
+Rasterizer::Rasterizer(const scene::Lens& lens, Contents contents, MemoryBudget& budget)
+    : budget_(budget),
+      rays_(lens),
       inverse_depth_(rays_.grid.pixels()),
       owner_(contents == Contents::kDepth ? 0 : rays_.grid.pixels(), kNothing),
       changed_(rays_.grid.tiles()) {}
 
-void Rasterizer::place(Placed& placed, const Placement& at, const Eigen::Isometry3d& X_CW) {
+std::uint64_t Rasterizer::fixed_bytes(const scene::Lens& lens, Contents contents) {
+  const TileGrid grid(lens.width_px, lens.height_px);
+  // Each tile has its mark of changes, and three numbers while drawing.
+  constexpr std::uint64_t kTile = sizeof(std::uint8_t) + 3 * sizeof(std::size_t);
+  return Rays::bytes(lens) + grid.tiles() * kTile +
+         grid.pixels() *
+             (sizeof(float) + (contents == Contents::kDepth ? 0 : sizeof(std::uint32_t)));
+}
+
+bool Rasterizer::place(Placed& placed, const Placement& at, const Eigen::Isometry3d& X_CW) {
   placed.at = at;
   placed.drawn = true;
-  placed.facets.clear();
   const Eigen::Isometry3d X = X_CW * at.X_W;
   const auto& triangles = at.mesh->triangles;
+  if (!budget_.make_room(placed.facets, triangles.size())) return false;
   Facet facet;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     const auto& p = triangles[i].points;
@@ -137,14 +154,29 @@ void Rasterizer::place(Placed& placed, const Placement& at, const Eigen::Isometr
     facet.triangle = static_cast<std::uint32_t>(i);
     placed.facets.push_back(facet);
   }
-  sort_into_tiles(placed);
+  return sort_into_tiles(placed);
 }
 
-void Rasterizer::sort_into_tiles(Placed& placed) {
+bool Rasterizer::add_meeting(std::size_t tile, std::size_t facet) {
+  if (meetings_.size() == meetings_.capacity()) {
+    constexpr std::size_t kLeast = 1024;
+    // While it grows, both lists are there.
+    const std::size_t before = meetings_.capacity(), after = std::max(kLeast, 2 * before);
+    if (!budget_.take(after * sizeof(meetings_[0]))) return false;
+    meetings_.reserve(after);
+    budget_.give(before * sizeof(meetings_[0]));
+  }
+  meetings_.emplace_back(static_cast<std::uint32_t>(tile), static_cast<std::uint32_t>(facet));
+  return true;
+}
+
+bool Rasterizer::sort_into_tiles(Placed& placed) {
   const TileGrid& grid = rays_.grid;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> meetings;  // tile, facet
   std::vector<std::uint32_t>& begin = placed.begin;
+  if (!budget_.make_room(begin, grid.tiles() + 1)) return false;
+  if (!budget_.make_room(placed.tiles, grid.tiles())) return false;
   begin.assign(grid.tiles() + 1, 0);
+  meetings_.clear();
   for (std::size_t i = 0; i < placed.facets.size(); ++i) {
     const Facet& facet = placed.facets[i];
     const auto [c0, c1] = overlap(rays_.column_min, rays_.column_max, facet.x_min, facet.x_max);
@@ -152,14 +184,8 @@ void Rasterizer::sort_into_tiles(Placed& placed) {
     for (int row = r0; row < r1; ++row) {
       for (int column = c0; column < c1; ++column) {
         const std::size_t tile = grid.tile_at(column, row);
-        const Rays::Bounds& bounds = rays_.tiles[tile];
-        if (facet.x_max < bounds.x_min || facet.x_min > bounds.x_max ||
-            facet.y_max < bounds.y_min || facet.y_min > bounds.y_max ||
-            !may_meet(facet.edge[0], bounds) || !may_meet(facet.edge[1], bounds) ||
-            !may_meet(facet.edge[2], bounds)) {
-          continue;
-        }
-        meetings.emplace_back(static_cast<std::uint32_t>(tile), static_cast<std::uint32_t>(i));
+        if (!meets(facet, rays_.tiles[tile])) continue;
+        if (!add_meeting(tile, i)) return false;
         ++begin[tile + 1];
       }
     }
@@ -169,20 +195,32 @@ void Rasterizer::sort_into_tiles(Placed& placed) {
     placed.tiles[tile] = begin[tile + 1] > 0 ? 1 : 0;
     begin[tile + 1] += begin[tile];
   }
-  placed.facet_of_tile.resize(meetings.size());
+  // With a margin, since what moves soon meets a few tiles more.
+  if (placed.facet_of_tile.capacity() < meetings_.size() &&
+      !budget_.make_room(placed.facet_of_tile, meetings_.size() + meetings_.size() / 4)) {
+    return false;
+  }
+  placed.facet_of_tile.resize(meetings_.size());
   std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
-  for (const auto& [tile, facet] : meetings) placed.facet_of_tile[next[tile]++] = facet;
+  for (const auto& [tile, facet] : meetings_) placed.facet_of_tile[next[tile]++] = facet;
+  return true;
 }
 
 const TileSet& Rasterizer::draw(const std::vector<Placement>& placements,
                                 const Eigen::Isometry3d& X_CW, int threads) {
-  std::fill(changed_.begin(), changed_.end(), std::uint8_t{0});
+  const bool moved = !placed_.empty() && X_CW.matrix() != X_CW_.matrix();
+  X_CW_ = X_CW;
+  std::fill(changed_.begin(), changed_.end(), std::uint8_t{moved});
+  if (placements.size() > placed_.size() &&
+      !budget_.take((placements.size() - placed_.size()) * sizeof(Placed))) {
+    return changed_;
+  }
   placed_.resize(placements.size());
   for (std::size_t i = 0; i < placements.size(); ++i) {
     Placed& placed = placed_[i];
-    if (placed.drawn && placed.at.same(placements[i])) continue;
+    if (placed.drawn && !moved && placed.at.same(placements[i])) continue;
     if (placed.drawn) unite(changed_, placed.tiles);
-    place(placed, placements[i], X_CW);
+    if (!place(placed, placements[i], X_CW)) return changed_;
     unite(changed_, placed.tiles);
   }
   std::vector<std::size_t> tiles;

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Geometry>
 
 #include "world/render/mesh/mesh.hpp"
+#include "world/render/raster/memory_budget.hpp"
 #include "world/render/raster/rays.hpp"
 
 namespace aprsim::render {
@@ -41,10 +43,14 @@ class Rasterizer {
 
   enum class Contents { kDepth, kDepthAndOwner };
 
-  explicit Rasterizer(const scene::Lens& lens, Contents contents = Contents::kDepthAndOwner);
+  /// The budget outlives it. Its fixed_bytes() have been taken from it, and are not checked.
+  Rasterizer(const scene::Lens& lens, Contents contents, MemoryBudget& budget);
+  /// Memory before anything is placed.
+  [[nodiscard]] static std::uint64_t fixed_bytes(const scene::Lens& lens, Contents contents);
 
-  /// Draws the tiles that have changed since the last call, and says which. `X_CW`: the world in
-  /// the camera frame, constant; placements keep their order.
+  /// Draws the tiles that have changed since the last call, and says which: all where the camera
+  /// has moved. `X_CW`: the world in the camera frame; placements keep their order. Where the
+  /// budget is exceeded the picture is incomplete, and the rasterizer of no more use.
   const TileSet& draw(const std::vector<Placement>& placements, const Eigen::Isometry3d& X_CW,
                       int threads);
 
@@ -67,12 +73,17 @@ class Rasterizer {
     TileSet tiles;
   };
 
-  void place(Placed& placed, const Placement& at, const Eigen::Isometry3d& X_CW);
-  void sort_into_tiles(Placed& placed);
+  // False where the budget is exceeded.
+  bool place(Placed& placed, const Placement& at, const Eigen::Isometry3d& X_CW);
+  bool sort_into_tiles(Placed& placed);
+  bool add_meeting(std::size_t tile, std::size_t facet);
   void draw_tile(std::size_t tile);
 
+  MemoryBudget& budget_;
   Rays rays_;
+  Eigen::Isometry3d X_CW_ = Eigen::Isometry3d::Identity();
   std::vector<Placed> placed_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> meetings_;  // tile, facet; of one placement
   std::vector<float> inverse_depth_;
   std::vector<std::uint32_t> owner_;
   TileSet changed_;

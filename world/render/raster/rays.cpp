@@ -17,7 +17,19 @@ void include(Rays::Bounds& bounds, float x, float y) {
   bounds.y_max = std::max(bounds.y_max, y);
 }
 
+bool is_distorted(const scene::Lens& lens) {
+  return std::ranges::any_of(lens.distortion, [](double term) { return term != 0; });
+}
+
 }  // namespace
+
+std::uint64_t Rays::bytes(const scene::Lens& lens) {
+  const TileGrid grid(lens.width_px, lens.height_px);
+  const auto edges =
+      static_cast<std::uint64_t>(grid.columns * TileGrid::kWidth + grid.rows * TileGrid::kHeight);
+  return grid.tiles() * (1 + TileGrid::kHeight) * sizeof(Bounds) + 2 * edges * sizeof(float) +
+         (is_distorted(lens) ? 2 * grid.pixels() * sizeof(float) : 0);
+}
 
 Rays::Rays(const scene::Lens& lens)
     : grid(lens.width_px, lens.height_px),
@@ -27,7 +39,7 @@ Rays::Rays(const scene::Lens& lens)
       column_max(static_cast<std::size_t>(grid.columns), -kUnbounded),
       row_min(static_cast<std::size_t>(grid.rows), kUnbounded),
       row_max(static_cast<std::size_t>(grid.rows), -kUnbounded) {
-  is_distorted_ = std::ranges::any_of(lens.distortion, [](double term) { return term != 0; });
+  is_distorted_ = is_distorted(lens);
   if (is_distorted_) {
     store_pixels(lens);
   } else {

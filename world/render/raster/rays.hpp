@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include <Eigen/Core>
@@ -24,6 +25,8 @@ class Rays {
   std::vector<float> row_min, row_max;        ///< y in each row of tiles
 
   explicit Rays(const scene::Lens& lens);
+  /// Memory of the directions of such a lens.
+  [[nodiscard]] static std::uint64_t bytes(const scene::Lens& lens);
 
   /// Direction of a pixel by its place in the grid.
   [[nodiscard]] Eigen::Vector3f at(std::size_t pixel) const;

@@ -20,8 +20,6 @@ constexpr int kBlocks = kSize / kBlock, kReach = static_cast<int>(kMaxPenumbra_p
 static_assert(kReach * kBlock >= kMaxPenumbra_px && TileGrid::kWidth % kBlock == 0 &&
               TileGrid::kHeight % kBlock == 0 && kSize % TileGrid::kWidth == 0);
 
-static_assert(ShadowMap::kBytes >= sizeof(float) * kSize * kSize);
-
 using Taps = std::array<std::array<Eigen::Vector2f, kTaps>, kPatterns>;
 
 /// Points spread evenly over the unit disc (Vogel 1979), in several turns.
@@ -106,12 +104,20 @@ scene::Lens lens_of(double focal) {
 
 }  // namespace
 
-ShadowMap::ShadowMap(const Lamp& lamp, const std::vector<Eigen::Vector3d>& lit)
+std::uint64_t ShadowMap::fixed_bytes() {
+  // Four bounds of each block, and two while they are made.
+  constexpr std::uint64_t kBounds = 6 * sizeof(float);
+  return Rasterizer::fixed_bytes(lens_of(1), Rasterizer::Contents::kDepth) +
+         kBounds * kBlocks * kBlocks;
+}
+
+ShadowMap::ShadowMap(const Lamp& lamp, const std::vector<Eigen::Vector3d>& lit,
+                     MemoryBudget& budget)
     : lamp_(lamp),
       X_LW_(look_at(lamp.p_W, middle(lit))),
       X_LW_f_(X_LW_.cast<float>()),
       focal_(static_cast<float>(focal_of(X_LW_, lit))),
-      rasterizer_(lens_of(focal_of(X_LW_, lit)), Rasterizer::Contents::kDepth),
+      rasterizer_(lens_of(focal_of(X_LW_, lit)), Rasterizer::Contents::kDepth, budget),
       least_(kBlocks * kBlocks, 0),
       most_(kBlocks * kBlocks, 0) {}
 

@@ -30,13 +30,13 @@ class ShadowMap {
     float u_min = 1e9F, u_max = -1e9F, v_min = 1e9F, v_max = -1e9F;
   };
 
-  /// Memory of its depths.
-  static constexpr std::uint64_t kBytes = std::uint64_t{10} << 20U;
+  /// Memory before anything is placed.
+  [[nodiscard]] static std::uint64_t fixed_bytes();
 
-  /// The map covers `lit`.
-  ShadowMap(const Lamp& lamp, const std::vector<Eigen::Vector3d>& lit);
+  /// The map covers `lit`. The budget outlives it; fixed_bytes() have been taken from it.
+  ShadowMap(const Lamp& lamp, const std::vector<Eigen::Vector3d>& lit, MemoryBudget& budget);
 
-  /// As Rasterizer::draw.
+  /// As Rasterizer::draw; it does not move.
   void draw(const std::vector<Placement>& placements, int threads);
   /// Whether anything in the range has changed in the last draw().
   [[nodiscard]] bool changed(const Range& range) const;

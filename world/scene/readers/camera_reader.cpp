@@ -45,6 +45,7 @@ class CameraReader {
     camera_.name = read_name(keys_["name"]);
     read_lens();
     read_robot();
+    read_carrier();
     read_pose_keys();
     read_focal();
     read_sensor();
@@ -78,39 +79,64 @@ class CameraReader {
   void read_robot() {
     const yaml::Node over = keys_["over"];
     if (!over) return;
-    const std::string name = over.text();
-    const auto robot = std::ranges::find(scene_.robots, name, &Robot::name);
-    if (robot == scene_.robots.end()) {
-      std::vector<std::string> names;
-      for (const Robot& known : scene_.robots) names.push_back(known.name);
-      return report_unknown(over, name, "robot", names);
-    }
-    camera_.robot = static_cast<int>(robot - scene_.robots.begin());
+    camera_.robot = robot_named(over);
+    if (camera_.robot < 0) return;
+    const Robot& robot = scene_.robots[static_cast<std::size_t>(camera_.robot)];
     const Eigen::Isometry3d X_WV =
-        robot->X_WB.isometry() * robot->X_BR.isometry() * robot->vision.X_RV.isometry();
-    covered_ = area_of(*robot, X_WV);
+        robot.X_WB.isometry() * robot.X_BR.isometry() * robot.vision.X_RV.isometry();
+    covered_ = area_of(robot, X_WV);
     const Eigen::Vector3d middle = (covered_.front() + covered_.back()) / 2;
-    camera_.X_WC = look_at(X_WV * robot->vision.camera_V, middle, X_WV.linear().col(0));
-    camera_.rate_hz = std::min(robot->vision.rate_hz, kMaxRate_hz);
-    camera_.latency_s = robot->vision.latency_s;
+    camera_.X_PC = look_at(X_WV * robot.vision.camera_V, middle, X_WV.linear().col(0));
+    camera_.rate_hz = std::min(robot.vision.rate_hz, kMaxRate_hz);
+    camera_.latency_s = robot.vision.latency_s;
+  }
+
+  /// Index of the robot that a key names; reports an unknown one and returns -1.
+  [[nodiscard]] int robot_named(const yaml::Node& node) const {
+    const std::string name = node.text();
+    const auto robot = std::ranges::find(scene_.robots, name, &Robot::name);
+    if (robot != scene_.robots.end()) return static_cast<int>(robot - scene_.robots.begin());
+    std::vector<std::string> names;
+    for (const Robot& known : scene_.robots) names.push_back(known.name);
+    report_unknown(node, name, "robot", names);
+    return -1;
+  }
+
+  /// The flange that it is mounted on.
+  void read_carrier() {
+    const yaml::Node on = keys_["on_flange"];
+    if (!on) return;
+    camera_.carrier = robot_named(on);
+    if (const yaml::Node over = keys_["over"]) over.unexpected("either over or on_flange");
+    if (const yaml::Node at = keys_["look_at_m"]) {
+      at.unexpected("rpy_deg for a camera on a flange");
+    }
   }
 
   void read_pose_keys() {
     const yaml::Node xyz = keys_["xyz_m"], rpy = keys_["rpy_deg"], at = keys_["look_at_m"];
     if (rpy && at) at.unexpected("either rpy_deg or look_at_m");
+    if (keys_["on_flange"]) {
+      if (!xyz || !rpy) {
+        return keys_.node().error("a camera on a flange without a pose",
+                                  "the keys xyz_m and rpy_deg, in the flange");
+      }
+      camera_.X_PC = read_pose(xyz, rpy);
+      return;
+    }
     if (!xyz && !rpy && !at) {
       if (covered_.empty()) keys_.node().error("a camera without a place", "the key over or xyz_m");
       return;
     }
-    const Eigen::Vector3d place = xyz ? read_xyz(xyz) : camera_.X_WC.p;
+    const Eigen::Vector3d place = xyz ? read_xyz(xyz) : camera_.X_PC.p;
     if (at) {
       const Eigen::Vector3d target = read_xyz(at);
       if (!((target - place).norm() > 1e-3)) at.unexpected("a place away from the camera");
-      camera_.X_WC = look_at(place, target, Eigen::Vector3d::UnitY());
+      camera_.X_PC = look_at(place, target, Eigen::Vector3d::UnitY());
       return;
     }
-    camera_.X_WC.p = place;
-    if (rpy) camera_.X_WC.q = read_pose(xyz, rpy).q;
+    camera_.X_PC.p = place;
+    if (rpy) camera_.X_PC.q = read_pose(xyz, rpy).q;
     if (!rpy && covered_.empty()) {
       keys_.node().error("a camera without a direction", "the key rpy_deg or look_at_m");
     }
@@ -136,7 +162,7 @@ class CameraReader {
   [[nodiscard]] double fitting_focal() const {
     constexpr double kUsed = 0.47;  // of the picture, from its middle
     double focal = covered_.empty() ? 0 : kMaxFocal_px;
-    const Eigen::Isometry3d X_CW = camera_.X_WC.isometry().inverse();
+    const Eigen::Isometry3d X_CW = camera_.X_PC.isometry().inverse();
     for (const Eigen::Vector3d& p_W : covered_) {
       const Eigen::Vector3d p = X_CW * p_W;
       if (!(p.z() > 0)) return 0;
@@ -156,6 +182,23 @@ class CameraReader {
         keys_["exposure"].number_or(camera_.exposure, {.min = 0, .max = 16, .open_min = true});
     camera_.noise = keys_["noise"].number_or(camera_.noise, yaml::between(0, 50));
     camera_.blur_px = keys_["blur_px"].number_or(camera_.blur_px, yaml::between(0, 2));
+    read_flaws();
+  }
+
+  void read_flaws() {
+    constexpr yaml::Range kShare{.min = 0, .max = 1};
+    if (const yaml::Node node = keys_["dirt"]) {
+      const yaml::Map keys = node.map({"share", "spots", "size"});
+      camera_.dirt.push_back({.share = keys["share"].number(kShare),
+                              .spots = static_cast<int>(keys["spots"].integer_or(12, 1, 100)),
+                              .size = keys["size"].number_or(0.04, yaml::between(0.001, 1))});
+    }
+    if (const yaml::Node node = keys_["flicker"]) {
+      const yaml::Map keys = node.map({"share", "rate_hz"});
+      camera_.flicker.push_back(
+          {.share = keys["share"].number(kShare),
+           .rate_hz = keys["rate_hz"].number_or(1.7, yaml::between(0.001, 500))});
+    }
   }
 
   /// Every pixel along the picture's edge has a direction.
@@ -189,9 +232,10 @@ void read_cameras(const yaml::Node& node, Scene& scene) {
     if (scene.cameras.size() == kMaxCameras) {
       return item.error("one camera more", "at most " + std::to_string(kMaxCameras) + " cameras");
     }
-    const yaml::Map keys = item.map(
-        {"name", "over", "xyz_m", "rpy_deg", "look_at_m", "resolution_px", "focal_px", "centre_px",
-         "distortion", "rate_hz", "latency_s", "jpeg_quality", "exposure", "noise", "blur_px"});
+    const yaml::Map keys =
+        item.map({"name", "over", "xyz_m", "rpy_deg", "look_at_m", "resolution_px", "focal_px",
+                  "centre_px", "distortion", "rate_hz", "latency_s", "jpeg_quality", "exposure",
+                  "noise", "blur_px", "on_flange", "dirt", "flicker"});
     Camera camera = CameraReader(keys, scene).read();
     if (!names.insert(camera.name).second) {
       keys["name"].error("a second camera " + camera.name, "unique names");

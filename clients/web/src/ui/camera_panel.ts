@@ -1,28 +1,32 @@
 // Pictures of the scene's cameras, live while the panel is open.
+import type {CameraDescription} from '../protocol';
+import type {State} from '../state';
+import {CameraMarks, marksOf, poseOf} from './camera_marks';
 import {h, text} from './dom';
-
-interface Camera {
-  name: string;
-  width: number;
-  height: number;
-  rateHz: number;
-}
 
 /** One camera: its next picture is asked for when the last one has come. */
 class CameraView {
   readonly element: HTMLElement;
   private readonly picture: HTMLImageElement;
+  private readonly marks: CameraMarks;
   private readonly note = h('figcaption', {});
   private url = '';
 
-  constructor(private readonly camera: Camera) {
+  constructor(
+    readonly camera: CameraDescription,
+    private readonly state: State,
+    private readonly hasMarks: () => boolean
+  ) {
     this.picture = h('img', {
       alt: `Picture of the camera ${camera.name}`,
-      width: camera.width,
-      height: camera.height,
+      width: camera.widthPx,
+      height: camera.heightPx,
       'data-testid': `camera-${camera.name}`
     });
-    this.element = h('figure', {class: 'camera'}, this.picture, this.note);
+    this.marks = new CameraMarks(camera);
+    const frame = h('div', {class: 'camera-frame'}, this.picture);
+    frame.append(this.marks.element);
+    this.element = h('figure', {class: 'camera'}, frame, this.note);
     this.say('');
   }
 
@@ -47,6 +51,7 @@ class CameraView {
       this.picture.src = this.url;
       await this.picture.decode();
       if (before) URL.revokeObjectURL(before);
+      this.mark(answer.headers.get('X-Pose'));
       this.say(`step ${answer.headers.get('X-Step') ?? ''}`);
     } catch (error) {
       this.say(error instanceof Error ? error.message : String(error));
@@ -54,9 +59,16 @@ class CameraView {
     }
   }
 
+  private mark(pose: string | null): void {
+    const X_WC = poseOf(pose);
+    const {cell, live} = this.state;
+    const shows = this.hasMarks() && X_WC && cell && live && !this.state.past;
+    this.marks.show(shows ? marksOf(this.camera, X_WC, cell, live) : []);
+  }
+
   private say(remark: string): void {
-    const {name, width, height} = this.camera;
-    text(this.note, `${name}, ${width} × ${height}${remark ? `, ${remark}` : ''}`);
+    const {name, widthPx, heightPx} = this.camera;
+    text(this.note, `${name}, ${widthPx} × ${heightPx}${remark ? `, ${remark}` : ''}`);
   }
 }
 
@@ -67,40 +79,71 @@ function credentials(): Record<string, string> {
   return token ? {Authorization: `Bearer ${token}`} : {};
 }
 
-/** The panel of all cameras; nothing is rendered for it while it is closed. */
+/** Whether both lists have the same pictures. */
+function areAlike(views: CameraView[], cameras: CameraDescription[]): boolean {
+  return (
+    views.length === cameras.length &&
+    views.every(({camera}, i) => {
+      const other = cameras[i]!;
+      return (
+        camera.name === other.name &&
+        camera.widthPx === other.widthPx &&
+        camera.heightPx === other.heightPx &&
+        camera.focalXPx === other.focalXPx
+      );
+    })
+  );
+}
+
+/** The panel of all cameras of the present scene; nothing is rendered for it while it is closed. */
 export class CameraPanel {
   readonly element = h('div', {class: 'panel cameras'});
-  private views: CameraView[] | null = null;
+  private readonly pictures = h('div', {});
+  private readonly detections = h('input', {
+    type: 'checkbox',
+    checked: true,
+    'data-testid': 'camera-detections'
+  });
+  private views: CameraView[] = [];
   private opened = 0; // counts
+  private isOpen = false;
+
+  constructor(private readonly state: State) {
+    this.element.append(
+      h('label', {class: 'check'}, this.detections, ' what the vision lines say'),
+      this.pictures
+    );
+    state.cellChanged.on(() => this.follow());
+  }
 
   /** Opens or closes the panel. */
   show(open: boolean): void {
+    this.isOpen = open;
     ++this.opened;
-    if (open) void this.run(this.opened);
+    this.follow();
+    if (open) this.run(this.views);
   }
 
-  private async run(opened: number): Promise<void> {
-    const isWanted = (): boolean => this.opened === opened;
-    this.views ??= await this.load();
-    if (!isWanted()) return;
-    await Promise.all((this.views ?? []).map((view) => view.run(isWanted)));
+  /** Shows the cameras of the present scene. */
+  private follow(): void {
+    const {cell, past} = this.state;
+    if (!cell || past) return;
+    const isEmpty = this.pictures.childElementCount === 0;
+    if (!isEmpty && areAlike(this.views, cell.cameras)) return;
+    this.views = cell.cameras.map(
+      (camera) => new CameraView(camera, this.state, () => this.detections.checked)
+    );
+    this.pictures.replaceChildren(
+      ...(this.views.length > 0
+        ? this.views.map((view) => view.element)
+        : [h('p', {}, 'The scene has no cameras; its key cameras lists them.')])
+    );
+    if (this.isOpen) this.run(this.views);
   }
 
-  private async load(): Promise<CameraView[] | null> {
-    try {
-      const answer = await fetch('cameras', {headers: credentials()});
-      if (!answer.ok) throw new Error((await answer.text()).trim());
-      const cameras = (await answer.json()) as Camera[];
-      const views = cameras.map((camera) => new CameraView(camera));
-      this.element.replaceChildren(
-        ...(views.length > 0
-          ? views.map((view) => view.element)
-          : [h('p', {}, 'The scene has no cameras; its key cameras lists them.')])
-      );
-      return views;
-    } catch (error) {
-      this.element.replaceChildren(h('p', {}, error instanceof Error ? error.message : ''));
-      return null;
-    }
+  private run(views: CameraView[]): void {
+    const opened = this.opened;
+    const isWanted = (): boolean => this.opened === opened && this.views === views;
+    for (const view of views) void view.run(isWanted);
   }
 }

@@ -8,7 +8,8 @@ const kLabels: Record<string, string> = {
   GEAR: 'gear',
   TRAY: 'tray',
   NAME: 'part',
-  EYE: 'photo-eye'
+  EYE: 'photo-eye',
+  CAMERA: 'camera'
 };
 
 function namesOf(word: string, cell: CellDescription, robot: number): string[] {
@@ -27,6 +28,8 @@ function namesOf(word: string, cell: CellDescription, robot: number): string[] {
       return bodies(BodyKind.GEAR, BodyKind.KIT_TRAY, BodyKind.PART_TRAY);
     case 'EYE':
       return cell.conveyor?.photoEyes.map(({name}) => name) ?? [];
+    case 'CAMERA':
+      return cell.cameras.map(({name}) => name);
     default:
       return [];
   }

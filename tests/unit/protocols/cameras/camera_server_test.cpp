@@ -25,9 +25,9 @@ class CameraServerTest : public testing::Test {
  protected:
   std::uint16_t start(double rate_hz, std::size_t bytes = 20) {
     pictures.emplace(
-        std::vector<protocols::CameraInfo>{
-            {.name = "table", .width = 4, .height = 4, .rate_hz = rate_hz}},
+        protocols::CameraList{{.name = "table", .width_px = 4, .height_px = 4, .rate_hz = rate_hz}},
         bytes);
+    options.camera = "table";
     options.listener.port = 0;
     server.emplace(options, *pictures);
     return server->start().value();
@@ -137,6 +137,44 @@ TEST_F(CameraServerTest, AStreamGoesOnAfterAPictureThatCouldNotBeTaken) {
   ASSERT_TRUE(eventually([&] { return pictures->taken > 2; }));
   pictures->fails = false;
   EXPECT_NE(receive_until(client, "picture ").find("picture "), std::string::npos);
+}
+
+TEST_F(CameraServerTest, ADelayOfThePicturesKeepsTheirOrder) {
+  const std::uint16_t port = start(100);
+  pictures->latency_s = 0.3;
+  TcpSocket client(port);
+  const auto begin = TcpSocket::Clock::now();
+  ASSERT_TRUE(client.send("GET /mjpg/video.mjpg HTTP/1.1\r\n\r\n"));
+  receive_until(client, "picture 1 ");
+  EXPECT_GE(TcpSocket::Clock::now() - begin, 300ms);
+  // The delay ends: what was taken before still comes first. Those that are due at once may be
+  // lost.
+  pictures->latency_s = 0;
+  const auto deadline = TcpSocket::Clock::now() + 10s * test::kPatience;
+  std::size_t last = 1;
+  for (std::string all; last < 60 && TcpSocket::Clock::now() < deadline;) {
+    all += client.receive(deadline);
+    for (std::size_t at = 0; (at = all.find("picture ")) != std::string::npos;) {
+      const std::size_t end = all.find('.', at);
+      if (end == std::string::npos) break;
+      const std::size_t number = std::stoul(all.substr(at + 8));
+      EXPECT_GT(number, last);
+      last = number;
+      all.erase(0, end);
+    }
+  }
+  EXPECT_GE(last, 60U);
+}
+
+TEST_F(CameraServerTest, ASlowCameraTakesFewerPictures) {
+  const std::uint16_t port = start(200);
+  pictures->rate_hz = 5;
+  TcpSocket client(port);
+  ASSERT_TRUE(client.send("GET /mjpg/video.mjpg HTTP/1.1\r\n\r\n"));
+  receive_until(client, "picture 1 ");
+  const auto begin = TcpSocket::Clock::now();
+  receive_until(client, "picture 3 ");
+  EXPECT_GE(TcpSocket::Clock::now() - begin, 300ms);
 }
 
 TEST_F(CameraServerTest, StoppingClosesStreams) {

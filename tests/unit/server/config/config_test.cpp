@@ -226,6 +226,26 @@ TEST(Config, FreesThePortsOfAllListeners) {
   EXPECT_TRUE(config.simple_message.free_ports);
 }
 
+TEST(Config, CamerasMayHaveEndpointsOfTheirOwn) {
+  Config config = load_config("", {{"cameras.endpoints.fanuc_table", "192.168.1.104:80"},
+                                   {"cameras.endpoints.belt", "\"[::1]:0\""}})
+                      .value();
+  EXPECT_EQ(config.cameras.endpoints.at("fanuc_table").address, "192.168.1.104");
+  EXPECT_EQ(config.cameras.endpoints.at("fanuc_table").port, 80);
+  EXPECT_EQ(config.cameras.endpoints.at("belt").address, "::1");
+  EXPECT_EQ(to_yaml(read_config(to_yaml(config)).value()), to_yaml(config));
+  use_free_ports(config);
+  EXPECT_EQ(config.cameras.endpoints.at("fanuc_table").port, 0);
+  for (const char* wrong : {"192.168.1.104", "192.168.1.104:", "192.168.1.104:65536", "::1:80",
+                            "camera:80", "[1.2.3.4]:80", "192.168.1.0/24:80", "1.2.3.4:80x"}) {
+    const auto refused =
+        load_config("", {{"cameras.endpoints.belt", std::string("\"") + wrong + '"'}});
+    ASSERT_FALSE(refused.has_value()) << wrong;
+    EXPECT_NE(refused.error().message.find("expected ADDRESS:PORT"), std::string::npos)
+        << refused.error().message;
+  }
+}
+
 TEST(Config, PortsOfSimpleMessageAreThoseOfTheSceneUnlessToldOtherwise) {
   const auto config = load_config("", {{"simple_message.state.fanuc", "11003"}});
   ASSERT_TRUE(config.has_value()) << config.error().message;

@@ -41,7 +41,7 @@ TEST_F(ServerOptionsTest, ListenersShareLimitsAndSinks) {
   ASSERT_TRUE(scene) << scene.error().message;
   const auto crcl = crcl_options(context_, 0, "fanuc");
   const auto vision = vision_options(context_, 0, "fanuc");
-  const auto camera = camera_options(context_, 0);
+  const auto camera = camera_options(context_, 0, "table");
   const auto modbus = modbus_options(context_);
   const auto grpc = telemetry_options(context_);
   const auto web = web_options(context_, *scene);
@@ -73,12 +73,16 @@ TEST_F(ServerOptionsTest, RobotsHaveTheirOwnPortAndEndpoint) {
 }
 
 TEST_F(ServerOptionsTest, CamerasHavePortsThatCountUp) {
-  EXPECT_EQ(camera_options(context_, 0).listener.port, 65534);
-  EXPECT_EQ(camera_options(context_, 1).listener.port, 65535);
-  EXPECT_EQ(camera_options(context_, 1).camera, 1U);
-  EXPECT_EQ(camera_options(context_, 2).listener.port, 0) << "any free one";
+  EXPECT_EQ(camera_options(context_, 0, "table").listener.port, 65534);
+  EXPECT_EQ(camera_options(context_, 1, "belt").listener.port, 65535);
+  EXPECT_EQ(camera_options(context_, 1, "belt").camera, "belt");
+  EXPECT_EQ(camera_options(context_, 2, "third").listener.port, 0) << "any free one";
+  config_.cameras.endpoints["third"] = {"192.168.1.104", 80};
+  EXPECT_EQ(camera_options(context_, 2, "third").listener.address, "192.168.1.104");
+  EXPECT_EQ(camera_options(context_, 2, "third").listener.port, 80);
+  EXPECT_EQ(camera_options(context_, 1, "belt").listener.port, 65535);
   config_.cameras.port = 0;
-  EXPECT_EQ(camera_options(context_, 1).listener.port, 0);
+  EXPECT_EQ(camera_options(context_, 1, "belt").listener.port, 0);
 }
 
 TEST_F(ServerOptionsTest, DrainDeadlinesStayThoseOfEachServer) {

@@ -54,6 +54,7 @@ TEST(FaultCheck, ResolvesTargetsParametersAndTriggers) {
         : kind.target == faults::Target::kTray     ? "kit_s2l2_vessel_1"
         : kind.target == faults::Target::kPair     ? "part_large_gear_1:part_medium_gear_1"
         : kind.target == faults::Target::kSighting ? "fanuc:part_large_gear_1"
+        : kind.target == faults::Target::kCamera   ? "fanuc_table"
                                                    : "upstream";
     EXPECT_EQ(why_refused(request(std::string(kind.name), target)), "taken") << kind.name;
   }
@@ -67,6 +68,12 @@ TEST(FaultCheck, RefusalsNameFieldValueAndLimit) {
   EXPECT_NE(why_refused(request("robot-slow", "r2d2")).find("'r2d2' is no robot"),
             std::string::npos);
   EXPECT_NE(why_refused(request("robot-slow", "r2d2")).find("fanuc, motoman"), std::string::npos);
+  EXPECT_NE(why_refused(request("picture-dirt", "fanuc"))
+                .find("'fanuc' is no camera of the cell; there are: fanuc_table, motoman_belt"),
+            std::string::npos);
+  auto spots = request("picture-dirt", "fanuc_table");
+  spots.parameters["spots"] = 2.5;
+  EXPECT_NE(why_refused(spots).find("spots is 2.5, must be a whole number"), std::string::npos);
   EXPECT_NE(why_refused(request("belt-jam", "fanuc")).find("has no target"), std::string::npos);
   for (const char* joint : {"fanuc:0", "fanuc:7", "fanuc:one", "fanuc:1.5", "fanuc:-1"}) {
     EXPECT_NE(why_refused(request("joint-weak", joint)).find("has joints 1 to 6"),

@@ -91,8 +91,8 @@ class CellPicture : public testing::Test {
         world_(scene_, 1),
         snapshot_(snapshot_of(world_)),
         model_(CellModel::make(*scene_, *snapshot_.cell).value()) {
-    camera_.X_WC.p = {0.25, -0.95, 2.5};
-    camera_.X_WC.q = Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX());
+    camera_.X_PC.p = {0.25, -0.95, 2.5};
+    camera_.X_PC.q = Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX());
     camera_.lens.width_px = 960;
     camera_.lens.height_px = 540;
     camera_.lens.focal_px = {1100, 1100};
@@ -125,7 +125,7 @@ TEST_F(CellPicture, SegmentsAreThoseOfIndependentRays) {
   for (int i = 0; i < 100000; ++i) {
     const int x = static_cast<int>(random() % 960), y = static_cast<int>(random() % 540);
     const Eigen::Vector2d d = *camera_.lens.direction({x, y});
-    const auto hits = rays.cast(camera_.X_WC.p, camera_.X_WC.q * Eigen::Vector3d(d.x(), d.y(), 1));
+    const auto hits = rays.cast(camera_.X_PC.p, camera_.X_PC.q * Eigen::Vector3d(d.x(), d.y(), 1));
     ASSERT_FALSE(hits.empty());
     ASSERT_TRUE(std::ranges::any_of(hits,
                                     [&](const RayCaster::Hit& hit) {
@@ -140,7 +140,7 @@ TEST_F(CellPicture, SegmentsAreThoseOfIndependentRays) {
 }
 
 TEST_F(CellPicture, MarkersCanBeReadFromThePicture) {
-  camera_.X_WC.p = {0.375, -1.02, 1.6};
+  camera_.X_PC.p = {0.375, -1.02, 1.6};
   Renderer renderer(camera_, lamps_over(model_.extent()), 1);
   renderer.draw(model_.place(snapshot_), 1, 2);
   int read = 0;
@@ -155,7 +155,7 @@ TEST_F(CellPicture, MarkersCanBeReadFromThePicture) {
         const Eigen::Vector3d p_P(label->centre.x() + (column - 3) * cell,
                                   label->centre.y() - (row - 3) * cell, -kLabelDepth_m);
         const Eigen::Vector3d p_W = snapshot_.bodies[i].X_WB.isometry() * p_P;
-        const Eigen::Vector3d p = camera_.X_WC.isometry().inverse() * p_W;
+        const Eigen::Vector3d p = camera_.X_PC.isometry().inverse() * p_W;
         const Eigen::Vector2d pixel = camera_.lens.pixel(p.head<2>() / p.z());
         const int code = *renderer.rgb().at(static_cast<int>(std::lround(pixel.x())),
                                             static_cast<int>(std::lround(pixel.y())));
@@ -191,6 +191,16 @@ TEST_F(CellPicture, TraysAreDarkAndTheTableIsBright) {
   ASSERT_GT(tables, 1000);
   EXPECT_LT(tray / trays, 90);
   EXPECT_GT(table / tables, 190);
+}
+
+TEST_F(CellPicture, TheFlangeIsWhereTheToolHangs) {
+  ASSERT_FALSE(model_.place(snapshot_).empty());
+  for (std::size_t i = 0; i < scene_->robots.size(); ++i) {
+    const Eigen::Isometry3d X_WT = model_.X_WF(i) * scene_->robots[i].X_FT.isometry();
+    const auto& tool = snapshot_.tools.at(static_cast<std::size_t>(snapshot_.robots.at(i).tool));
+    EXPECT_LT((X_WT.translation() - tool.X_WT.p).norm(), 1e-3) << i;
+    EXPECT_LT((X_WT.linear() - tool.X_WT.isometry().linear()).norm(), 1e-3) << i;
+  }
 }
 
 }  // namespace

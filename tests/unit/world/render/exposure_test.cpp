@@ -1,5 +1,6 @@
 #include "world/render/exposure.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -76,6 +77,50 @@ TEST(Exposure, NoiseHasItsDeviationAndRepeatsWithSeedAndFrame) {
   EXPECT_EQ(exposed(camera, light).values, out.values);
   EXPECT_NE(exposed(camera, light, 2).values, out.values);
   EXPECT_NE(exposed(camera, light, 1, 2).values, out.values);
+}
+
+double mean_of(const Picture<std::uint8_t>& picture) {
+  double sum = 0;
+  for (const std::uint8_t code : picture.values) sum += code;
+  return sum / static_cast<double>(picture.values.size());
+}
+
+TEST(Exposure, DirtDarkensSpotsAtPlacesOfSeedAndPattern) {
+  const Picture<float> light = even_light(320, 240, 0.21586F);
+  scene::Camera camera = camera_of(320, 240);
+  camera.dirt = {{.share = 0.8, .spots = 5, .size = 0.08}};
+  const Picture<std::uint8_t> out = exposed(camera, light);
+  // Pixels without a spot are as before; a spot's middle has a fifth of the light: code 59.
+  EXPECT_EQ(*std::ranges::max_element(out.values), 128);
+  EXPECT_GT(std::ranges::count(out.values, 128), 320 * 240 * 3 / 2);
+  EXPECT_GE(*std::ranges::min_element(out.values), 58 / 5);
+  EXPECT_LE(*std::ranges::min_element(out.values), 62);
+  EXPECT_EQ(exposed(camera, light).values, out.values);
+  EXPECT_EQ(exposed(camera, light, 2).values, out.values) << "not the frame";
+  EXPECT_NE(exposed(camera, light, 1, 2).values, out.values) << "the seed";
+  camera.dirt[0].pattern = 1;
+  EXPECT_NE(exposed(camera, light).values, out.values) << "the pattern";
+  camera.dirt[0].spots = 40;
+  EXPECT_LT(mean_of(exposed(camera, light)), mean_of(out));
+}
+
+TEST(Exposure, FlickerFollowsTheTime) {
+  const Picture<float> light = even_light(64, 48, 0.21586F);
+  scene::Camera camera = camera_of(64, 48);
+  camera.flicker = {{.share = 0.6, .rate_hz = 2}};
+  Exposure exposure(camera, 1);
+  Picture<std::uint8_t> out(64, 48, 3);
+  const auto code_at = [&](double time_s) {
+    exposure.set_flaws(camera, time_s);
+    exposure.expose(light, 0, 0, 1, out);
+    return static_cast<int>(*out.at(0, 0));
+  };
+  EXPECT_EQ(code_at(0), 128);
+  EXPECT_EQ(code_at(0.25), 83);    // 0.4 of the light
+  EXPECT_EQ(code_at(0.125), 108);  // 0.7 of it
+  EXPECT_EQ(code_at(1000.5), 128);
+  EXPECT_FALSE(exposure.set_flaws(camera, 1000.5));
+  EXPECT_TRUE(exposure.set_flaws(camera, 1000.6));
 }
 
 }  // namespace

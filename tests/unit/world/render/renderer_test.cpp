@@ -15,8 +15,8 @@ constexpr double kTolerance_m = 1e-4;
 /// Looks down from 1.5 m with the lens of the laboratory's camera over the Fanuc's table.
 scene::Camera overhead_camera() {
   scene::Camera camera;
-  camera.X_WC.p = {0, 0, kHeight_m};
-  camera.X_WC.q = Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX());
+  camera.X_PC.p = {0, 0, kHeight_m};
+  camera.X_PC.q = Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX());
   camera.lens.width_px = 641;
   camera.lens.height_px = 361;
   camera.lens.focal_px = {878, 878};
@@ -42,7 +42,7 @@ Mesh sphere_mesh(double radius) {
 /// Direction of a pixel in the world, 1 long along the view.
 Eigen::Vector3d ray(const scene::Camera& camera, int x, int y) {
   const Eigen::Vector2d d = *camera.lens.direction({x, y});
-  return camera.X_WC.q * Eigen::Vector3d(d.x(), d.y(), 1);
+  return camera.X_PC.q * Eigen::Vector3d(d.x(), d.y(), 1);
 }
 
 Placement at(const Mesh& mesh, const Eigen::Vector3d& p) {
@@ -53,7 +53,7 @@ Placement at(const Mesh& mesh, const Eigen::Vector3d& p) {
 
 TEST(Renderer, DepthOfAPlaneIsExact) {
   scene::Camera camera = overhead_camera();
-  camera.X_WC.q = camera.X_WC.q * Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, 0).normalized());
+  camera.X_PC.q = camera.X_PC.q * Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, 0).normalized());
   const Mesh ground = ground_mesh();
   Renderer renderer(camera, {}, 1);
   renderer.draw({at(ground, {0, 0, 0})}, 1);
@@ -76,7 +76,7 @@ TEST(Renderer, DepthAndNormalsOfASphereAreExact) {
   int inside = 0;
   for (int y = 0; y < depth.height; ++y) {
     for (int x = 0; x < depth.width; ++x) {
-      const Eigen::Vector3d d = ray(camera, x, y), o = camera.X_WC.p - centre;
+      const Eigen::Vector3d d = ray(camera, x, y), o = camera.X_PC.p - centre;
       // |o + t d| = r.
       const double a = d.squaredNorm(), b = o.dot(d), c = o.squaredNorm() - kRadius_m * kRadius_m;
       const double root = b * b - a * c;
@@ -114,7 +114,7 @@ TEST(Renderer, DepthOfAGearIsExact) {
     for (int x = 0; x < depth.width; ++x) {
       const Eigen::Vector3d d = ray(camera, x, y);
       const auto at_height = [&](double z) -> Eigen::Vector3d {
-        return camera.X_WC.p + (z - kHeight_m) / d.z() * d - centre;
+        return camera.X_PC.p + (z - kHeight_m) / d.z() * d - centre;
       };
       const double top = at_height(0.041).head<2>().norm(),
                    face = at_height(0.021).head<2>().norm();
@@ -139,10 +139,10 @@ TEST(Renderer, WhatRestsIsNotDrawnAgain) {
   const Mesh gear = gear_mesh(gear_type(), 0xff0000), ground = ground_mesh();
   std::vector<Placement> placements = {at(ground, {0, 0, 0}), at(gear, {0.1, 0, 0.1})};
   Renderer renderer(overhead_camera(), {lamp()}, 1);
-  EXPECT_EQ(renderer.draw(placements, 1), renderer.tiles());
-  EXPECT_EQ(renderer.draw(placements, 2), 0U);
+  EXPECT_EQ(renderer.draw(placements, 1).value(), renderer.tiles());
+  EXPECT_EQ(renderer.draw(placements, 2).value(), 0U);
   placements[1].X_W.translation().x() += 0.002;
-  const std::size_t drawn = renderer.draw(placements, 3);
+  const std::size_t drawn = renderer.draw(placements, 3).value();
   EXPECT_GT(drawn, 0U);
   EXPECT_LT(drawn, renderer.tiles() / 4);
 }
@@ -176,7 +176,7 @@ TEST(Renderer, ABlockBetweenLampAndGroundThrowsAShadow) {
   renderer.draw({at(ground, {0, 0, 0}), at(block, {0, 0, 0.3})}, 1);
   // The middle of the shadow is on the line from the lamp through the block.
   const auto brightness = [&](double x) {
-    const Eigen::Vector3d p = camera.X_WC.q.inverse() * (Eigen::Vector3d(x, 0, 0) - camera.X_WC.p);
+    const Eigen::Vector3d p = camera.X_PC.q.inverse() * (Eigen::Vector3d(x, 0, 0) - camera.X_PC.p);
     const Eigen::Vector2d pixel = camera.lens.pixel(p.head<2>() / p.z());
     return static_cast<int>(*renderer.rgb().at(static_cast<int>(std::lround(pixel.x())),
                                                static_cast<int>(std::lround(pixel.y()))));
@@ -187,6 +187,79 @@ TEST(Renderer, ABlockBetweenLampAndGroundThrowsAShadow) {
   const double edge = shadow + 0.05 * 2 / 1.7;
   EXPECT_GT(brightness(edge), brightness(shadow) + 5);
   EXPECT_LT(brightness(edge), brightness(shadow + 0.15) - 5);
+}
+
+TEST(Renderer, APictureOfAMovingCameraDependsOnTheStateAlone) {
+  const Mesh gear = gear_mesh(gear_type(), 0xff0000), ground = ground_mesh();
+  std::vector<Placement> placements = {at(ground, {0, 0, 0}), at(gear, {0.1, 0, 0.3}),
+                                       at(gear, {-0.2, 0, 0.05})};
+  scene::Camera camera = overhead_camera();
+  camera.carrier = 0;
+  camera.dirt = {{.share = 0.5, .spots = 4, .size = 0.05}};
+  const Eigen::AlignedBox3d cell(Eigen::Vector3d(-1, -1, 0), Eigen::Vector3d(1, 1, 0.5));
+  Eigen::Isometry3d X_WC = camera.X_PC.isometry();
+  Renderer moved(camera, {lamp()}, 1, cell);
+  std::vector<std::uint8_t> before;
+  for (std::uint64_t frame = 1; frame <= 6; ++frame) {
+    if (frame % 2 == 0) {
+      X_WC.translation().x() += 0.03;
+      X_WC.rotate(Eigen::AngleAxisd(0.05, Eigen::Vector3d(1, 1, 0).normalized()));
+      EXPECT_TRUE(moved.set_camera(camera, X_WC, 0));
+    } else {
+      placements[1].X_W.translation().x() += 0.02;
+      EXPECT_FALSE(moved.set_camera(camera, X_WC, 0));
+    }
+    const std::size_t tiles = moved.draw(placements, frame).value();
+    EXPECT_EQ(tiles == moved.tiles(), frame == 1 || frame % 2 == 0);
+    Renderer fresh(camera, {lamp()}, 1, cell);
+    fresh.set_camera(camera, X_WC, 0);
+    fresh.draw(placements, frame, 2);
+    ASSERT_EQ(moved.rgb().values, fresh.rgb().values) << "frame " << frame;
+    ASSERT_EQ(moved.depth().values, fresh.depth().values) << "frame " << frame;
+    ASSERT_EQ(moved.normals().values, fresh.normals().values) << "frame " << frame;
+    EXPECT_NE(moved.rgb().values, before);
+    before = moved.rgb().values;
+  }
+}
+
+TEST(Renderer, FlawsOfTheCameraChangeThePictureAndEnd) {
+  const Mesh ground = ground_mesh();
+  const std::vector<Placement> placements = {at(ground, {0, 0, 0})};
+  const scene::Camera camera = overhead_camera();
+  const Eigen::Isometry3d X_WC = camera.X_PC.isometry();
+  Renderer renderer(camera, {lamp()}, 1);
+  renderer.draw(placements, 1);
+  const std::vector<std::uint8_t> clean = renderer.rgb().values;
+  scene::Camera dirty = camera;
+  dirty.dirt = {{.share = 0.5, .spots = 4, .size = 0.05}};
+  EXPECT_TRUE(renderer.set_camera(dirty, X_WC, 0));
+  EXPECT_EQ(renderer.draw(placements, 1).value(), 0U) << "nothing is drawn again for it";
+  EXPECT_NE(renderer.rgb().values, clean);
+  EXPECT_TRUE(renderer.set_camera(camera, X_WC, 0));
+  renderer.draw(placements, 1);
+  EXPECT_EQ(renderer.rgb().values, clean);
+}
+
+TEST(Renderer, WhatExceedsTheLimitOfMemoryIsRefused) {
+  const Mesh gear = gear_mesh(gear_type(), 0xff0000), ground = ground_mesh();
+  std::vector<Placement> placements = {at(ground, {0, 0, 0})};
+  const scene::Camera camera = overhead_camera();
+  Renderer renderer(camera, {lamp()}, 1);
+  const std::uint64_t fixed = renderer.bytes();
+  EXPECT_EQ(fixed, Renderer::fixed_bytes(camera));
+  renderer.set_limit(fixed + (std::uint64_t{4} << 20U));
+  ASSERT_TRUE(renderer.draw(placements, 1));
+  EXPECT_GT(renderer.bytes(), fixed);
+  for (int i = 0; i < 400; ++i) {
+    placements.push_back(at(gear, {0.001 * i, 0, 0.02 + 0.001 * i}));
+  }
+  const auto refused = renderer.draw(placements, 2);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kFailedPrecondition);
+  EXPECT_LE(renderer.bytes(), fixed + (std::uint64_t{4} << 20U));
+  Renderer other(camera, {lamp()}, 1);
+  other.set_limit(std::uint64_t{1} << 30U);
+  EXPECT_TRUE(other.draw(placements, 2));
 }
 
 }  // namespace

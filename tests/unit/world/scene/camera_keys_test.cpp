@@ -35,7 +35,7 @@ std::string read(const std::string& text, Scene& scene) {
 }
 
 Eigen::Vector2d pixel_of(const Camera& camera, const Eigen::Vector3d& p_W) {
-  const Eigen::Vector3d p = camera.X_WC.isometry().inverse() * p_W;
+  const Eigen::Vector3d p = camera.X_PC.isometry().inverse() * p_W;
   return camera.lens.pixel(p.head<2>() / p.z());
 }
 
@@ -46,7 +46,7 @@ TEST(CameraKeys, ACameraOverARobotSeesTheAreaOfItsVision) {
   EXPECT_EQ(camera.robot, 0);
   EXPECT_EQ(camera.rate_hz, 25);
   EXPECT_EQ(camera.latency_s, 0.2);
-  EXPECT_LT((camera.X_WC.p - Eigen::Vector3d(1, 2, 2.9)).norm(), 1e-12);
+  EXPECT_LT((camera.X_PC.p - Eigen::Vector3d(1, 2, 2.9)).norm(), 1e-12);
   // The area's far side is up: +x of the vision frame.
   EXPECT_LT((pixel_of(camera, {1, 2, 0.9}) - camera.lens.centre_px).norm(), 1e-9);
   EXPECT_LT(pixel_of(camera, {1.4, 2, 0.9}).y(), camera.lens.centre_px.y());
@@ -70,7 +70,7 @@ TEST(CameraKeys, APlaceAndALensCanBeGiven) {
             "");
   const Camera& camera = scene.cameras.at(0);
   EXPECT_EQ(camera.robot, -1);
-  EXPECT_LT((camera.X_WC.q * Eigen::Vector3d::UnitZ() + Eigen::Vector3d::UnitZ()).norm(), 1e-12);
+  EXPECT_LT((camera.X_PC.q * Eigen::Vector3d::UnitZ() + Eigen::Vector3d::UnitZ()).norm(), 1e-12);
   EXPECT_EQ(camera.lens.focal_px, Eigen::Vector2d(2634, 2630));
   EXPECT_EQ(camera.lens.centre_px, Eigen::Vector2d(960, 541));
   EXPECT_EQ(camera.lens.distortion, (std::array<double, 5>{-0.177, 0.02, 0, 0, 0}));
@@ -89,6 +89,36 @@ TEST(CameraKeys, APointToLookAtIsInTheMiddle) {
       "");
   const Camera& camera = scene.cameras.at(0);
   EXPECT_LT((pixel_of(camera, {0, 0.1, 0.9}) - camera.lens.centre_px).norm(), 1e-9);
+}
+
+TEST(CameraKeys, ACameraOnAFlangeHasItsPoseThere) {
+  Scene scene = scene_of_a_robot();
+  ASSERT_EQ(read("  - {name: tool, on_flange: robbie, xyz_m: [0.1, 0, 0.02], rpy_deg: [0, 90, 0],\n"
+                 "     focal_px: 500}\n  - {name: top, over: robbie}\n",
+                 scene),
+            "");
+  const Camera& camera = scene.cameras.at(0);
+  EXPECT_FALSE(camera.is_fixed());
+  EXPECT_EQ(camera.carrier, 0);
+  EXPECT_EQ(camera.robot, -1);
+  EXPECT_EQ(camera.X_PC.p, Eigen::Vector3d(0.1, 0, 0.02));
+  EXPECT_LT((camera.X_PC.q * Eigen::Vector3d::UnitZ() - Eigen::Vector3d::UnitX()).norm(), 1e-12);
+  EXPECT_TRUE(scene.cameras.at(1).is_fixed());
+}
+
+TEST(CameraKeys, DirtAndFlickerHaveDefaults) {
+  Scene scene = scene_of_a_robot();
+  ASSERT_EQ(read("  - {name: a, over: robbie, dirt: {share: 0.4}, flicker: {share: 0.2}}\n"
+                 "  - {name: b, over: robbie, dirt: {share: 1, spots: 3, size: 0.1},\n"
+                 "     flicker: {share: 0.5, rate_hz: 50}}\n  - {name: c, over: robbie}\n",
+                 scene),
+            "");
+  EXPECT_EQ(scene.cameras[0].dirt.at(0), (LensDirt{.share = 0.4, .spots = 12, .size = 0.04}));
+  EXPECT_EQ(scene.cameras[0].flicker.at(0), (Flicker{.share = 0.2, .rate_hz = 1.7}));
+  EXPECT_EQ(scene.cameras[1].dirt.at(0), (LensDirt{.share = 1, .spots = 3, .size = 0.1}));
+  EXPECT_EQ(scene.cameras[1].flicker.at(0), (Flicker{.share = 0.5, .rate_hz = 50}));
+  EXPECT_TRUE(scene.cameras[2].dirt.empty());
+  EXPECT_TRUE(scene.cameras[2].flicker.empty());
 }
 
 struct Mistake {
@@ -134,6 +164,18 @@ INSTANTIATE_TEST_SUITE_P(
                 "cameras[0].rate_hz: found 0, expected a number in (0, 60]"},
         Mistake{"quality", "  - {name: a, over: robbie, jpeg_quality: 101}\n",
                 "cameras[0].jpeg_quality: found 101"},
+        Mistake{"flange", "  - {name: a, on_flange: robbie, xyz_m: [0, 0, 0], focal_px: 500}\n",
+                "found a camera on a flange without a pose, expected the keys xyz_m and rpy_deg"},
+        Mistake{"carrier",
+                "  - {name: a, on_flange: robie, xyz_m: [0, 0, 0], rpy_deg: [0, 0, 0]}\n",
+                "cameras[0].on_flange: found no robot \"robie\""},
+        Mistake{"both_robots", "  - {name: a, on_flange: robbie, over: robbie}\n",
+                "cameras[0].over: found"},
+        Mistake{"dirt", "  - {name: a, over: robbie, dirt: {spots: 3}}\n", "cameras[0].dirt"},
+        Mistake{"spots", "  - {name: a, over: robbie, dirt: {share: 0.5, spots: 101}}\n",
+                "cameras[0].dirt.spots: found 101"},
+        Mistake{"flicker", "  - {name: a, over: robbie, flicker: {share: 1.5}}\n",
+                "cameras[0].flicker.share: found 1.5"},
         Mistake{"key", "  - {name: a, over: robbie, fov_deg: 60}\n",
                 "cameras[0].fov_deg: found an unknown key"}),
     [](const auto& test) { return test.param.name; });

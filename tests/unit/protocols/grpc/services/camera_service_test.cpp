@@ -17,15 +17,18 @@ using namespace std::chrono_literals;
 constexpr std::size_t kLargeBytes = std::size_t{8} << 20U;
 
 /// A table's camera, and one with the largest picture that there can be.
-std::vector<protocols::CameraInfo> two_cameras() {
-  protocols::CameraInfo table{.name = "table", .robot = "fanuc", .width = 40, .height = 30};
+protocols::CameraList two_cameras() {
+  api::CameraDescription table{.name = "table", .robot = "fanuc", .width_px = 40, .height_px = 30};
   table.rate_hz = 50;
   table.latency_s = 0.25;
-  table.X_WC.p = {1, 2, 3};
-  table.focal_px = {100, 101};
-  table.centre_px = {19.5, 14.5};
+  table.X_PC.p = {1, 2, 3};
+  table.focal_x_px = 100;
+  table.focal_y_px = 101;
+  table.centre_x_px = 19.5;
+  table.centre_y_px = 14.5;
   table.distortion = {-0.1, 0.2, 0, 0, 0.3};
-  return {table, {.name = "huge", .width = 4096, .height = 4096, .rate_hz = 1}};
+  return {table,
+          {.name = "huge", .carrier = "fanuc", .width_px = 4096, .height_px = 4096, .rate_hz = 1}};
 }
 
 class CameraServiceTest : public TelemetryFixture {
@@ -98,6 +101,11 @@ TEST_F(CameraServiceTest, ListsLensesAndPoses) {
   EXPECT_EQ(table.centre_x_px(), 19.5);
   ASSERT_EQ(table.distortion_size(), 5);
   EXPECT_EQ(table.distortion(4), 0.3);
+  EXPECT_TRUE(table.carrier().empty());
+  EXPECT_FALSE(table.has_camera_in_flange());
+  EXPECT_EQ(response.cameras(1).carrier(), "fanuc");
+  EXPECT_FALSE(response.cameras(1).has_camera_in_world());
+  EXPECT_TRUE(response.cameras(1).has_camera_in_flange());
 }
 
 TEST_F(CameraServiceTest, GivesAPictureInEachFormat) {
@@ -126,6 +134,7 @@ TEST_F(CameraServiceTest, GivesAPictureInEachFormat) {
     EXPECT_EQ(image.sim_time().nanos(), number * 1'000'000);
     EXPECT_EQ(image.width_px(), 40U);
     EXPECT_EQ(image.height_px(), 30U);
+    EXPECT_EQ(image.camera_in_world().position_m().z(), 3);
     EXPECT_EQ(image.data(), "picture " + std::to_string(number) + " ..........");
     const bool segmented = format == v1::IMAGE_FORMAT_SEGMENTATION;
     ASSERT_EQ(image.objects_size(), segmented ? 2 : 0);
