@@ -113,27 +113,35 @@ void add_replay_options(CLI::App& app, Arguments& given) {
 }
 
 void add_motion_options(CLI::App& app, Arguments& given) {
-  CLI::Option* motion =
-      app.add_option("--motion", given.invocation.motion.file,
-                     "Write the motion of all bodies during the replay to this file, for exports")
-          ->type_name("FILE")
-          ->needs("--replay")
-          ->excludes("--serve");
-  app.add_option("--motion-rate", given.invocation.motion.rate_hz,
-                 "Motion samples per simulated second (default 50)")
+  MotionOptions& motion = given.invocation.motion;
+  app.add_option("--motion", motion.file,
+                 "Write the motion of all bodies during the replay to this file, for exports")
+      ->type_name("FILE")
+      ->needs("--replay")
+      ->excludes("--serve");
+  app.add_option("--video", motion.video,
+                 "Write the pictures of --camera during the replay to this file, one JPEG after "
+                 "another")
+      ->type_name("FILE")
+      ->needs("--replay")
+      ->excludes("--serve");
+  app.add_option("--camera", motion.camera, "Camera of the recorded scene, for --video")
+      ->type_name("NAME")
+      ->needs("--video");
+  app.get_option("--video")->needs("--camera");
+  app.add_option("--motion-rate", motion.rate_hz,
+                 "Samples of --motion and --video per simulated second (default 50)")
       ->type_name("HZ")
       ->check(CLI::Range(0.01, 1000.0))
-      ->needs(motion);
-  app.add_option("--motion-from", given.invocation.motion.from_s,
-                 "Write motion from this simulated time on")
+      ->needs("--replay");
+  app.add_option("--motion-from", motion.from_s, "Write samples from this simulated time on")
       ->type_name("SECONDS")
       ->check(CLI::NonNegativeNumber)
-      ->needs(motion);
-  app.add_option("--motion-to", given.invocation.motion.to_s,
-                 "Write motion up to this simulated time")
+      ->needs("--replay");
+  app.add_option("--motion-to", motion.to_s, "Write samples up to this simulated time")
       ->type_name("SECONDS")
       ->check(CLI::NonNegativeNumber)
-      ->needs(motion);
+      ->needs("--replay");
 }
 
 void add_modes(CLI::App& app, Arguments& given) {

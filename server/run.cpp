@@ -31,6 +31,7 @@
 #include "server/replay/replay_daemon.hpp"
 #include "server/replay/replay_files.hpp"
 #include "server/replay/replay_pace.hpp"
+#include "server/replay/video_file.hpp"
 #include "world/base/files/draft_file.hpp"
 #include "world/base/process/input_end.hpp"
 #include "world/scene/scene_loader.hpp"
@@ -172,7 +173,8 @@ Result<void> check_replay_outputs(const Invocation& invocation) {
       inputs.insert(inputs.end(), files->begin(), files->end());
     }
   }
-  for (const std::string& output : {invocation.motion.file, invocation.ports_file}) {
+  for (const std::string& output :
+       {invocation.motion.file, invocation.motion.video, invocation.ports_file}) {
     if (!output.empty()) outputs.push_back(output);
   }
   return files::check_outputs(inputs, outputs);
@@ -193,17 +195,29 @@ int replay(const Invocation& invocation) {
   if (invocation.exit_on_stdin_eof) process::stop_when_input_ends();
   if (invocation.replay_speed) part.watch = journal::paced(*invocation.replay_speed);
   std::optional<MotionFile> motion;
+  std::optional<VideoFile> video;
   if (!invocation.motion.file.empty()) {
     motion.emplace(invocation.motion, run->header(), *run->scene());
-    part.watch = [&motion, paced = part.watch](const world::World& world, world::RunTime time) {
-      motion->sample(world, time);
-      return !paced || paced(world, time);
+  }
+  if (!invocation.motion.video.empty()) {
+    const auto camera = camera_named(*run->scene(), invocation.motion.camera);
+    if (!camera) return unreadable(camera.error());
+    video.emplace(invocation.motion, run->scene()->cameras[*camera], run->header().seed());
+  }
+  if (motion || video) {
+    part.watch = [&motion, &video, paced = part.watch](const world::World& world,
+                                                       world::RunTime time) {
+      if (motion) motion->sample(world, time);
+      return (!video || video->sample(world, time)) && (!paced || paced(world, time));
     };
   }
   const auto result = journal::replay_run(*run, part);
   if (!result) return unreadable(result.error());
   if (motion) {
     if (auto written = motion->finish(); !written) return unreadable(written.error());
+  }
+  if (video) {
+    if (auto written = video->finish(); !written) return unreadable(written.error());
   }
   std::cout << (invocation.json ? journal::json_of(*run, *result)
                                 : journal::text_of(*run, *result));

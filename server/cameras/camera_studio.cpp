@@ -240,11 +240,7 @@ class CameraStudio::Impl {
     renderer.set_limit(options_.max_bytes -
                        std::min(options_.max_bytes, used_bytes() - renderer.bytes()));
     const auto& placements = model_->place(snapshot);
-    Pose X_WC = camera.X_PC;
-    if (!camera.is_fixed()) {
-      const Eigen::Isometry3d& X_WF = model_->X_WF(static_cast<std::size_t>(camera.carrier));
-      X_WC = Pose::from(X_WF * camera.X_PC.isometry());
-    }
+    const Pose X_WC = model_->X_WC(camera);
     // A paused cell may change within its step; what did not costs next to nothing.
     const bool noisy = camera.noise > 0 && room.drawn.step != snapshot.step;
     const bool other = renderer.set_camera(camera, X_WC.isometry(), seconds(snapshot.time));

@@ -1,10 +1,8 @@
 #include "server/replay/motion_file.hpp"
 
-#include <algorithm>
-#include <chrono>
-#include <cmath>
+#include <fstream>
 #include <iterator>
-#include <utility>
+#include <string>
 
 #include "aprsim/v1/motion.pb.h"
 #include "protocols/messages/write_message.hpp"
@@ -13,21 +11,9 @@
 #include "server/listeners/visual_description.hpp"
 
 namespace aprsim::server {
-namespace {
-
-double seconds(SimTime time) { return std::chrono::duration<double>(time).count(); }
-
-/// Steps between two samples.
-std::uint64_t steps_between(const MotionOptions& options, double step_s) {
-  return static_cast<std::uint64_t>(
-      std::max(1LL, std::llround(1 / (std::max(options.rate_hz, 1e-6) * step_s))));
-}
-
-}  // namespace
-
-MotionFile::MotionFile(MotionOptions options, const v1::JournalHeader& header,
+MotionFile::MotionFile(const MotionOptions& options, const v1::JournalHeader& header,
                        const scene::Scene& scene)
-    : options_(std::move(options)), file_(options_.file), header_(header), scene_(scene) {
+    : times_(options), file_(options.file), header_(header), scene_(scene) {
   file_.out() << aprsim::journal::kMagic;
 }
 
@@ -43,23 +29,14 @@ void MotionFile::describe(const world::World& world) {
     file.set_name(robot.name);
     file.set_content(std::string(std::istreambuf_iterator<char>(model), {}));
   }
-  const double step_s = seconds(world.step_size());
-  out.set_rate_hz(1 / (static_cast<double>(steps_between(options_, step_s)) * step_s));
+  out.set_rate_hz(times_.rate_hz(world));
   out.set_run_id(header_.run_id());
   encoder_.add(record);
   described_ = world.description();
 }
 
 void MotionFile::sample(const world::World& world, world::RunTime time) {
-  const double now_s = seconds(world.time()), step_s = seconds(world.step_size());
-  if (time.epoch != epoch_) base_s_ = latest_s_ - now_s;
-  epoch_ = time.epoch;
-  latest_s_ = std::max(latest_s_, base_s_ + now_s);
-  const auto step = static_cast<std::uint64_t>(std::llround(latest_s_ / step_s));
-  // The function is also called after commands.
-  if (step < next_step_) return;
-  next_step_ = step + steps_between(options_, step_s);
-  if (latest_s_ < options_.from_s || latest_s_ > options_.to_s) return;
+  if (!times_.is_due(world, time)) return;
   if (!described_ || !web::same_scene(*described_, *world.description())) describe(world);
   api::Snapshot snapshot;
   world.write(snapshot);

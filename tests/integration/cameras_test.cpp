@@ -1,10 +1,14 @@
 // Pictures of the real daemon's cameras over HTTP.
 
+#include <algorithm>
 #include <charconv>
 #include <chrono>
 #include <csignal>
 #include <cstdint>
+#include <cstdlib>
+#include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -346,6 +350,95 @@ TEST(Cameras, MoreMemoryThanTheirLimitIsRefused) {
   EXPECT_TRUE(answer.starts_with("HTTP/1.1 503")) << answer.substr(0, 200);
   EXPECT_NE(answer.find("42 MB are too few for the pictures of fanuc_table"), std::string::npos)
       << answer;
+}
+
+constexpr auto kLongest_s = std::chrono::duration_cast<std::chrono::seconds>(kLongest);
+
+/// A run of half a second, with dirt on a lens from its middle on. Returns the last picture of the
+/// Fanuc's table.
+std::string record_a_run(const std::string& journal) {
+  DaemonProcess daemon({"--speed", "stepped", "--seed", "5", "--journal", journal});
+  CellClient cell(daemon.port("grpc"));
+  cell.step(250);
+  run_client(daemon, {"fault", "inject", "picture-dirt", "fanuc_table", "--share", "0.9"});
+  cell.step(250);
+  const std::string last = picture_of(daemon, "fanuc_table");
+  EXPECT_EQ(daemon.stop(SIGTERM).exit_code, 0);
+  return last;
+}
+
+TEST(Cameras, AreRenderedAgainFromAJournal) {
+  const TemporaryDirectory directory;
+  const std::string journal = directory.path() + "/run.journal", file = directory.path() + "/jpegs";
+  record_a_run(journal);
+  const auto render = [&](const std::string& camera, const std::string& from) {
+    return run_process({std::string(APRSIM_BIN_DIR) + "/aprsimd", "--video", file, "--camera",
+                        camera, "--motion-rate", "10", "--motion-from", from, "--replay", journal},
+                       kLongest_s);
+  };
+  const auto unknown = render("fanuc_tabel", "0");
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_NE(unknown.err.find("no camera 'fanuc_tabel'; there is fanuc_table, motoman_belt"),
+            std::string::npos)
+      << unknown.err;
+  EXPECT_FALSE(std::filesystem::exists(file));
+  const auto empty = render("fanuc_table", "3");
+  EXPECT_EQ(empty.exit_code, 2);
+  EXPECT_NE(empty.err.find("the chosen time has no picture"), std::string::npos) << empty.err;
+  EXPECT_FALSE(std::filesystem::exists(file));
+  ASSERT_EQ(render("fanuc_table", "0").exit_code, 0);
+  std::ifstream in(file, std::ios::binary);
+  const std::string all(std::istreambuf_iterator<char>(in), {});
+  std::vector<std::string> pictures;
+  for (std::size_t begin = 0; begin < all.size();) {
+    const std::size_t end = std::min(all.find("\xff\xd8", begin + 2), all.size());
+    pictures.push_back(all.substr(begin, end - begin));
+    EXPECT_EQ(jpeg_size(pictures.back()), std::pair(1280, 720));
+    begin = end;
+  }
+  ASSERT_EQ(pictures.size(), 6U) << "at 0, 0.1, ... 0.5 s";
+  EXPECT_TRUE(pictures[1] == pictures[2]) << "nothing moves";
+  EXPECT_TRUE(pictures[2] != pictures[3]) << "dirt";
+  EXPECT_TRUE(pictures[3] == pictures[5]);
+}
+
+TEST(Cameras, AVideoShowsWhatACameraSaw) {
+  if (run_process({"/usr/bin/env", "ffmpeg", "-version"}).exit_code != 0) {
+    GTEST_SKIP() << "ffmpeg, which writes the video, is not installed (Debian package: ffmpeg)";
+  }
+  const TemporaryDirectory directory;
+  const std::string journal = directory.path() + "/run.journal", file = directory.path() + "/v.mp4";
+  const std::string jpeg = directory.path() + "/last.jpeg";
+  std::ofstream(jpeg, std::ios::binary) << record_a_run(journal);
+  const auto done =
+      run_process({std::string(APRSIM_BIN_DIR) + "/aprsim", "trace", "export", journal, "--video",
+                   "fanuc_table", "--video-file", file, "--rate", "10"},
+                  kLongest_s);
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_EQ(done.out, file + ": 6 pictures\n");
+  const auto probed = run_process(
+      {"/usr/bin/env", "ffprobe", "-v", "error", "-count_frames", "-show_entries",
+       "stream=codec_name,width,height,r_frame_rate,nb_read_frames", "-of", "csv=p=0", file},
+      kLongest_s);
+  EXPECT_EQ(probed.out, "h264,1280,720,10/1,6\n") << probed.err;
+  const auto grey = [&](const std::string& from, const std::string& filter) {
+    const std::string to = directory.path() + "/grey";
+    const auto decoded =
+        run_process({"/usr/bin/env", "ffmpeg", "-v", "error", "-y", "-i", from, "-vf", filter,
+                     "-frames:v", "1", "-f", "rawvideo", "-pix_fmt", "gray", to},
+                    kLongest_s);
+    EXPECT_EQ(decoded.exit_code, 0) << decoded.err;
+    std::ifstream in(to, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  const std::string last = grey(file, "select=eq(n\\,5)"), seen = grey(jpeg, "null");
+  ASSERT_EQ(last.size(), 1280U * 720U);
+  ASSERT_EQ(seen.size(), last.size());
+  double sum = 0;
+  for (std::size_t i = 0; i < last.size(); ++i) {
+    sum += std::abs(static_cast<unsigned char>(last[i]) - static_cast<unsigned char>(seen[i]));
+  }
+  EXPECT_LT(sum / static_cast<double>(last.size()), 3) << "of 255";
 }
 
 }  // namespace

@@ -91,7 +91,7 @@ void add_trace_show(CLI::App& trace, CommandLine& line) {
 void add_trace_export(CLI::App& trace, CommandLine& line) {
   auto [sub, command] = add_command<TraceExportCommand>(
       trace, line, "export",
-      "Export a run: CSV tables, an MCAP file, or a page that needs no daemon");
+      "Export a run: CSV tables, an MCAP file, a page that needs no daemon, or a camera's video");
   sub->add_option("FILE", command->place, "Journal of a run: a file, or a directory with its files")
       ->required();
   CLI::Option* csv = sub->add_option("--csv", command->csv,
@@ -106,15 +106,25 @@ void add_trace_export(CLI::App& trace, CommandLine& line) {
       sub->add_option("--html", command->html, "HTML page that shows the run offline")
           ->type_name("FILE")
           ->check(not_empty());
-  sub->callback([&line, csv, mcap, html, c = command] {
-    if (csv->empty() && mcap->empty() && html->empty()) {
-      throw CLI::RequiredError("--csv, --mcap or --html");
+  CLI::Option* video =
+      sub->add_option("--video", command->camera,
+                      "Render what this camera of the scene saw, as MP4; needs ffmpeg")
+          ->type_name("CAMERA")
+          ->check(not_empty());
+  sub->add_option("--video-file", command->video_file, "File of the video (default CAMERA.mp4)")
+      ->type_name("FILE")
+      ->check(not_empty())
+      ->needs(video);
+  sub->callback([&line, csv, mcap, html, video, c = command] {
+    if (csv->empty() && mcap->empty() && html->empty() && video->empty()) {
+      throw CLI::RequiredError("--csv, --mcap, --html or --video");
     }
     line.command = *c;
   });
   constexpr double kMaxRate = 1000;
-  sub->add_option("--rate", command->rate_hz,
-                  "Frames per second of simulated time (default 50; 20 with --html)")
+  sub->add_option(
+         "--rate", command->rate_hz,
+         "Frames per second of simulated time (default 50; 20 with --html, 25 with --video)")
       ->type_name("HZ")
       ->check(above_zero(kMaxRate));
   sub->add_option("--from", command->from_s, "Export motion from this simulated time on")
@@ -151,73 +161,122 @@ Outcome<void> run_command(const TraceDiffCommand& command, Console& console) {
 
 namespace {
 
+/// The file of the video; empty = none.
+std::string video_of(const TraceExportCommand& command) {
+  if (command.camera.empty() || !command.video_file.empty()) return command.video_file;
+  return command.camera + ".mp4";
+}
+
 /// All files that an export writes.
 std::vector<std::string> outputs_of(const TraceExportCommand& command) {
   std::vector<std::string> out;
   if (!command.csv.empty()) out = trace::csv_files(command.csv);
-  for (const std::string& file : {command.mcap, command.html}) {
+  for (const std::string& file : {command.mcap, command.html, video_of(command)}) {
     if (!file.empty()) out.push_back(file);
   }
   return out;
 }
 
+/// Whether a run has a scene: a capture has wires only.
+Outcome<bool> has_scene(const std::string& place) {
+  std::optional<bool> found;
+  const auto read = trace::for_each_record(place, [&](const v1::JournalRecord& record) {
+    if (record.has_header()) found = !record.header().scene_text().empty();
+  });
+  if (!read) return tl::unexpected(wrong_trace(read.error()));
+  return found.value_or(false);
+}
+
+/// The exports of one command, each of which shows what it wrote.
+class Exports {
+ public:
+  Exports(const TraceExportCommand& command, Console& console, bool has_scene)
+      : command_(command), console_(console), has_scene_(has_scene) {}
+
+  [[nodiscard]] Outcome<void> write_tables() {
+    constexpr double kUsual_hz = 50;
+    const auto motion = motion_at(kUsual_hz);
+    if (!motion) return tl::unexpected(motion.error());
+    const std::string file = *motion ? (*motion)->file() : "";
+    if (!command_.csv.empty()) {
+      const auto done = trace::export_csv(command_.place, file, command_.csv);
+      if (auto shown = show("csv", command_.csv, done); !shown) return shown;
+    }
+    if (command_.mcap.empty()) return {};
+    return show("mcap", command_.mcap, trace::export_mcap(command_.place, file, command_.mcap));
+  }
+
+  [[nodiscard]] Outcome<void> write_video() {
+    constexpr double kUsual_hz = 25;
+    if (!has_scene_) {
+      return failed(FailureKind::kUsage,
+                    command_.place + " has no scene whose camera could see it");
+    }
+    const trace::VideoChoice choice{.camera = command_.camera,
+                                    .rate_hz = command_.rate_hz.value_or(kUsual_hz),
+                                    .from_s = command_.from_s,
+                                    .to_s = command_.to_s};
+    const std::string file = video_of(command_);
+    const auto done = trace::export_video(command_.place, choice, file);
+    if (!done) return tl::unexpected(done.error());
+    console_.show(fmt::format("{}: {} pictures\n", file, done->snapshots),
+                  {{"written", "video"}, {"to", file}, {"pictures", done->snapshots}});
+    return {};
+  }
+
+  [[nodiscard]] Outcome<void> write_page() {
+    constexpr double kUsual_hz = 20;
+    const auto motion = motion_at(kUsual_hz);
+    if (!motion) return tl::unexpected(motion.error());
+    return show("html", command_.html,
+                trace::export_html(command_.place, *motion ? (*motion)->file() : "", command_.html,
+                                   process::web_directory()));
+  }
+
+ private:
+  /// Absent for a run without a scene.
+  [[nodiscard]] Outcome<std::optional<trace::Motion>> motion_at(double usual_hz) const {
+    if (!has_scene_) return std::optional<trace::Motion>();
+    auto made = trace::Motion::of(command_.place, {.rate_hz = command_.rate_hz.value_or(usual_hz),
+                                                   .from_s = command_.from_s,
+                                                   .to_s = command_.to_s});
+    if (!made) return tl::unexpected(made.error());
+    return std::optional<trace::Motion>(std::move(*made));
+  }
+
+  Outcome<void> show(const char* kind, const std::string& to,
+                     const Outcome<trace::Exported>& done) {
+    if (!done) return tl::unexpected(done.error());
+    console_.show(fmt::format("{}: {} snapshots, {} of wires, {} events\n", to, done->snapshots,
+                              done->wires, done->events),
+                  {{"written", kind},
+                   {"to", to},
+                   {"snapshots", done->snapshots},
+                   {"wires", done->wires},
+                   {"events", done->events},
+                   {"messages", done->messages}});
+    return {};
+  }
+
+  const TraceExportCommand& command_;
+  Console& console_;
+  const bool has_scene_;
+};
+
 }  // namespace
 
 Outcome<void> run_command(const TraceExportCommand& command, Console& console) {
   if (auto apart = trace::check_exports(command.place, outputs_of(command)); !apart) return apart;
-  // A capture has wires only.
-  std::optional<bool> has_scene;
-  if (const auto read = trace::for_each_record(command.place,
-                                               [&](const v1::JournalRecord& record) {
-                                                 if (record.has_header()) {
-                                                   has_scene =
-                                                       !record.header().scene_text().empty();
-                                                 }
-                                               });
-      !read) {
-    return tl::unexpected(wrong_trace(read.error()));
-  }
-  const auto motion = [&](double usual_hz) -> Outcome<std::optional<trace::Motion>> {
-    if (!has_scene.value_or(false)) return std::optional<trace::Motion>();
-    auto made = trace::Motion::of(command.place, {.rate_hz = command.rate_hz.value_or(usual_hz),
-                                                  .from_s = command.from_s,
-                                                  .to_s = command.to_s});
-    if (!made) return tl::unexpected(made.error());
-    return std::optional<trace::Motion>(std::move(*made));
-  };
-  const auto show = [&](const char* kind, const std::string& to,
-                        const Outcome<trace::Exported>& done) -> Outcome<void> {
-    if (!done) return tl::unexpected(done.error());
-    console.show(fmt::format("{}: {} snapshots, {} of wires, {} events\n", to, done->snapshots,
-                             done->wires, done->events),
-                 {{"written", kind},
-                  {"to", to},
-                  {"snapshots", done->snapshots},
-                  {"wires", done->wires},
-                  {"events", done->events},
-                  {"messages", done->messages}});
-    return {};
-  };
-  constexpr double kUsual_hz = 50, kPage_hz = 20;
+  const auto scene = has_scene(command.place);
+  if (!scene) return tl::unexpected(scene.error());
+  Exports exports(command, console, *scene);
   if (!command.csv.empty() || !command.mcap.empty()) {
-    const auto moved = motion(kUsual_hz);
-    if (!moved) return tl::unexpected(moved.error());
-    const std::string file = *moved ? (*moved)->file() : "";
-    if (!command.csv.empty()) {
-      const auto done = trace::export_csv(command.place, file, command.csv);
-      if (auto shown = show("csv", command.csv, done); !shown) return shown;
-    }
-    if (!command.mcap.empty()) {
-      const auto done = trace::export_mcap(command.place, file, command.mcap);
-      if (auto shown = show("mcap", command.mcap, done); !shown) return shown;
-    }
+    if (auto done = exports.write_tables(); !done) return done;
   }
-  if (command.html.empty()) return {};
-  const auto moved = motion(kPage_hz);
-  if (!moved) return tl::unexpected(moved.error());
-  return show("html", command.html,
-              trace::export_html(command.place, *moved ? (*moved)->file() : "", command.html,
-                                 process::web_directory()));
+  if (!command.camera.empty()) {
+    if (auto done = exports.write_video(); !done) return done;
+  }
+  return command.html.empty() ? Outcome<void>() : exports.write_page();
 }
 
 Outcome<void> run_command(const TraceImportCommand& command, Console& console) {

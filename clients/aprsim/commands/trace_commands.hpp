@@ -24,6 +24,8 @@ struct TraceImportCommand {
 struct TraceExportCommand {
   std::string place;                   ///< file or directory of journals
   std::string csv, mcap, html;         ///< directory and files to write; empty = not
+  std::string camera;                  ///< whose video to write; empty = none
+  std::string video_file;              ///< empty = the camera's name with .mp4
   std::optional<double> rate_hz;       ///< frames per second; absent = the default of the export
   std::optional<double> from_s, to_s;  ///< of the motion; simulated
 };

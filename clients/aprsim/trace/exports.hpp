@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,5 +43,17 @@ struct Exported {
                                                     const std::string& motion,
                                                     const std::string& file,
                                                     const std::string& web);
+
+/// A camera and a part of a run.
+struct VideoChoice {
+  std::string camera;  ///< of the recorded scene
+  double rate_hz = 25;
+  std::optional<double> from_s, to_s;
+};
+/// Renders what a camera saw during a run and writes it as MP4 (H.264) by ffmpeg. Failures: kUsage
+/// without ffmpeg, for an unknown camera, and as Motion::of.
+[[nodiscard]] client::Outcome<Exported> export_video(const std::string& place,
+                                                     const VideoChoice& choice,
+                                                     const std::string& file);
 
 }  // namespace aprsim::trace

@@ -1,18 +1,13 @@
 #include "clients/aprsim/trace/motion.hpp"
 
-#include <chrono>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <utility>
 
 #include <fmt/format.h>
 
-#include "clients/aprsim/cli/interruption.hpp"
-#include "clients/aprsim/trace/trace.hpp"
+#include "clients/aprsim/trace/export_program.hpp"
 #include "proto/journal/journal_place.hpp"
-#include "world/base/process/child_process.hpp"
 #include "world/base/process/own_programs.hpp"
 
 namespace aprsim::trace {
@@ -21,24 +16,6 @@ namespace {
 namespace fs = std::filesystem;
 using client::failed;
 using client::FailureKind;
-using process::ChildProcess;
-
-/// Waits for the end of the replay and returns its exit code.
-client::Outcome<int> run(const std::vector<std::string>& arguments, const std::string& log) {
-  auto daemon =
-      ChildProcess::start(arguments, {{"APRSIM_TOKEN", ""}}, log, ChildProcess::Pipes::kNone);
-  if (!daemon) return failed(FailureKind::kUsage, daemon.error().message);
-  while (!daemon->wait(std::chrono::milliseconds(50))) {
-    if (client::interruption::requested()) return failed(FailureKind::kInterrupted, "interrupted");
-  }
-  return daemon->ended().value_or(-1);
-}
-
-std::string content_of(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 }  // namespace
 
 client::Outcome<Motion> Motion::of(const std::string& place, const Choice& choice) {
@@ -52,8 +29,10 @@ client::Outcome<Motion> Motion::of(const std::string& place, const Choice& choic
   }
   out.directory_ = name;
   out.file_ = name + "/motion";
-  std::vector<std::string> arguments{process::program_beside("aprsimd"), "--motion", out.file_,
+  std::vector<std::string> arguments{process::program_beside("aprsimd"),
+                                     choice.camera.empty() ? "--motion" : "--video", out.file_,
                                      "--motion-rate", fmt::format("{:g}", choice.rate_hz)};
+  if (!choice.camera.empty()) arguments.insert(arguments.end(), {"--camera", choice.camera});
   if (choice.from_s) {
     arguments.insert(arguments.end(), {"--motion-from", fmt::format("{:.6f}", *choice.from_s)});
   }
@@ -63,7 +42,7 @@ client::Outcome<Motion> Motion::of(const std::string& place, const Choice& choic
   arguments.emplace_back("--replay");
   arguments.insert(arguments.end(), files->begin(), files->end());
   const std::string log = name + "/log";
-  const auto code = run(arguments, log);
+  const auto code = run_program(arguments, log);
   if (!code) return tl::unexpected(code.error());
   out.said_ = content_of(log);
   // A replay that differs has motion up to the difference.

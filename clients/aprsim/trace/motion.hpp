@@ -7,11 +7,13 @@
 
 namespace aprsim::trace {
 
-/// The motion of a run: aprsimd replays its journal and writes a temporary motion file.
+/// The motion of a run, or a camera's pictures of it: aprsimd replays its journal and writes a
+/// temporary file.
 class Motion {
  public:
   struct Choice {
-    double rate_hz = 50;  ///< frames per second of simulated time
+    std::string camera = {};  ///< whose pictures it is, as JPEG; empty = the motion
+    double rate_hz = 50;      ///< frames per second of simulated time
     std::optional<double> from_s, to_s;
   };
   /// Replays. Failures: no journal, a journal that cannot be replayed, a replay that differs at

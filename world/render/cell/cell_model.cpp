@@ -184,6 +184,11 @@ const Eigen::Isometry3d& CellModel::X_WF(std::size_t robot) const {
   return placements_.at(arm.first + arm.model.links.size() - 1).X_W;
 }
 
+Pose CellModel::X_WC(const scene::Camera& camera) const {
+  if (camera.is_fixed()) return camera.X_PC;
+  return Pose::from(X_WF(static_cast<std::size_t>(camera.carrier)) * camera.X_PC.isometry());
+}
+
 std::uint64_t CellModel::bytes() const {
   std::uint64_t sum = placements_.capacity() * sizeof(Placement);
   for (const Mesh& mesh : *meshes_) sum += mesh.triangles.capacity() * sizeof(Mesh::Triangle);

@@ -39,6 +39,8 @@ class CellModel {
   [[nodiscard]] const std::vector<std::uint16_t>& object_of() const { return object_of_; }
   /// Pose of a robot's flange in the world, as it was placed last.
   [[nodiscard]] const Eigen::Isometry3d& X_WF(std::size_t robot) const;
+  /// Pose of a camera of the scene in the world, likewise.
+  [[nodiscard]] Pose X_WC(const scene::Camera& camera) const;
   /// Memory of the meshes.
   [[nodiscard]] std::uint64_t bytes() const;
   /// Box around what stands in the cell, the floor left out.

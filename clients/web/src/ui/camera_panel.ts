@@ -110,7 +110,7 @@ export class CameraPanel {
 
   constructor(private readonly state: State) {
     this.element.append(
-      h('label', {class: 'check'}, this.detections, ' what the vision lines say'),
+      h('label', {class: 'check'}, this.detections, ' mark detections of the vision lines'),
       this.pictures
     );
     state.cellChanged.on(() => this.follow());
