@@ -29,6 +29,24 @@ class WithCell(unittest.TestCase):
         self.cell.reset()
 
 
+class WithEnvs(unittest.TestCase):
+    """A paused cell for the environments of a class of tests."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon(scene="aprs", speed="stepped", start_s=60 * PATIENCE)
+        cls.addClassCleanup(cls.daemon.close)
+
+    def make(self, kind, **arguments):
+        """An environment in the cell, after a reset."""
+        cell = Cell.connect(self.daemon.ports_file)
+        self.addCleanup(cell.close)
+        cell.reset()
+        env = kind(cell, **arguments)
+        self.addCleanup(env.close)
+        return env
+
+
 def await_that(condition, words):
     """Wait until the condition holds; fails with the words after the time limit."""
     deadline = time.monotonic() + 60 * PATIENCE

@@ -152,7 +152,7 @@ class Layout(InFolder):
             "state_hashes: 1 for": numbers("data/demo_0/state_hashes", np.zeros(1, np.uint64)),
             "seed: -3": attribute("data/demo_0", "seed", -3),
             "scene: ": numbers("scene", np.zeros(3)),
-            "where one of aprsim/Kit-v0": attribute(
+            "where one of aprsim/BeltPick-v0": attribute(
                 "data", "env_args", '{"env_name": "x", "env_kwargs": {}}'
             ),
             "aprsim/Pick-v0: .*colour": attribute(

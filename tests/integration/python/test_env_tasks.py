@@ -1,11 +1,12 @@
-"""Tasks beside those with one gear: push a tray, two robots at once, joint velocities."""
+"""Tasks beside those with resting gears and one robot: push a tray, pick from the moving belt, two robots
+at once."""
 
 import unittest
 
 import numpy as np
-from aprsim import AprsimError, BadArgument, Cell, Daemon
-from aprsim.envs import VELOCITY_RAD_S, PushEnv, TwoArmsEnv
-from running_cell import PATIENCE
+from aprsim import AprsimError, BadArgument
+from aprsim.envs import BeltPickEnv, PushEnv, TwoArmsEnv
+from running_cell import WithEnvs
 
 
 def episode(env, seed):
@@ -22,20 +23,7 @@ def episode(env, seed):
     return trace, info
 
 
-class Tasks(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.daemon = Daemon(scene="aprs", speed="stepped", start_s=60 * PATIENCE)
-        cls.addClassCleanup(cls.daemon.close)
-
-    def make(self, kind, **arguments):
-        cell = Cell.connect(self.daemon.ports_file)
-        self.addCleanup(cell.close)
-        cell.reset()
-        env = kind(cell, **arguments)
-        self.addCleanup(env.close)
-        return env
-
+class Tasks(WithEnvs):
     def check_seeds(self, kind):
         """Returns an environment after an episode that is done, with the same bits by the same seed."""
         env = self.make(kind)
@@ -75,6 +63,18 @@ class Tasks(unittest.TestCase):
         self.assertEqual(again.tobytes(), begin.tobytes())
         self.assertNotIn("refused", env.step([0, 0, 0.5, 0, -1])[4])
 
+    def test_picks_from_the_moving_belt(self):
+        env, info = self.check_seeds(BeltPickEnv)
+        state = env.cell.snapshot()
+        self.assertEqual(state.robot("motoman").held_body, info["gear"])
+        speed = state.body(info["slot"].split("/")[0]).velocity_m_s[0]
+        self.assertTrue(0.002 <= abs(speed) <= 0.01, speed)
+        self.assertAlmostEqual(env._state()[10], speed, 5)
+        with self.assertRaisesRegex(BadArgument, "belt_m_s: 1, where a number"):
+            BeltPickEnv(env.cell, belt_m_s=1)
+        with self.assertRaisesRegex(AprsimError, "no kit tray"):
+            BeltPickEnv(env.cell, reach_m=0.1)
+
     def test_two_robots_at_once(self):
         env, info = self.check_seeds(TwoArmsEnv)
         self.assertEqual(env.action_space.shape, (10,))
@@ -88,45 +88,6 @@ class Tasks(unittest.TestCase):
             self.assertIsNone(state.robot(robot).held_body)
         with self.assertRaisesRegex(AprsimError, "0.1 m of motoman"):
             self.make(TwoArmsEnv, reach_m=(0.62, 0.1))
-
-    def test_joint_velocities(self):
-        env = self.make(PushEnv, action="joint_velocity", rate_hz=50)
-        self.assertEqual(env.action_space.shape, (7,))
-        wanted = np.array([0.2, -0.1, 0.05, 0.0, 0.0, 0.3])
-
-        def run():
-            hashes = []
-            _, info = env.reset(seed=3)
-            begin_s = info["sim_time_s"]
-            for _ in range(8):
-                _, _, _, _, info = env.step([*wanted, -1])
-                hashes.append(int(info["state_hash"]))
-            self.assertAlmostEqual(info["sim_time_s"] - begin_s, 8 / 50, 9)
-            return hashes
-
-        hashes = run()
-        moving = env.snapshot().robot("fanuc").joint_velocities_rad_s
-        np.testing.assert_allclose(moving, wanted * VELOCITY_RAD_S, atol=0.005)
-        self.assertEqual(run(), hashes)
-        for _ in range(8):
-            env.step([0] * 6 + [-1])
-        rest = env.snapshot().robot("fanuc")
-        np.testing.assert_allclose(rest.joint_velocities_rad_s, 0, atol=0.001)
-
-    def test_invalid_arguments(self):
-        env = self.make(PushEnv)
-        with self.assertRaisesRegex(BadArgument, "options: .'tray'., where none are known"):
-            env.reset(options={"tray": "x"})
-        for words, arguments in {
-            '"pose" or "joint_velocity"': {"action": "torque"},
-            "rate_hz: 0.5, where a number from 1 to 250 in Hz": {
-                "action": "joint_velocity", "rate_hz": 0.5,
-            },
-            "rate_hz: 60.0, where a rate whose period": {"action": "joint_velocity", "rate_hz": 60},
-            "rate_hz: 50, where None": {"rate_hz": 50},
-        }.items():
-            with self.subTest(words), self.assertRaisesRegex(BadArgument, words):
-                PushEnv(env.cell, **arguments)
 
 
 if __name__ == "__main__":

@@ -3,9 +3,9 @@
 import unittest
 
 import numpy as np
-from aprsim import AprsimError, BadArgument, Cell, Daemon
+from aprsim import AprsimError, BadArgument
 from aprsim.envs import KitEnv, PickEnv, PlaceEnv, scripted_action
-from running_cell import PATIENCE
+from running_cell import WithEnvs
 
 
 def episode(env, seed, policy=scripted_action, **options):
@@ -20,22 +20,7 @@ def episode(env, seed, policy=scripted_action, **options):
             return trace, terminated, info
 
 
-class WithDaemon(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.daemon = Daemon(scene="aprs", speed="stepped", start_s=60 * PATIENCE)
-        cls.addClassCleanup(cls.daemon.close)
-
-    def make(self, kind, **arguments):
-        cell = Cell.connect(self.daemon.ports_file)
-        self.addCleanup(cell.close)
-        cell.reset()
-        env = kind(cell, **arguments)
-        self.addCleanup(env.close)
-        return env
-
-
-class Tasks(WithDaemon):
+class Tasks(WithEnvs):
     def test_picks(self):
         env = self.make(PickEnv)
         trace, terminated, info = episode(env, 1)
@@ -118,7 +103,7 @@ class Tasks(WithDaemon):
             self.make(PickEnv, reach_m=0.1)
 
 
-class Order(WithDaemon):
+class Order(WithEnvs):
     def test_a_step_needs_an_episode(self):
         env = self.make(PickEnv)
         action = [0, 0, 0, 0, 1]

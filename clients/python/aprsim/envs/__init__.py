@@ -9,6 +9,7 @@ spaces where gymnasium is not installed. The cell is paused between steps, so no
 rules."""
 
 from .actions import MOVE_M, TURN_RAD, VELOCITY_RAD_S
+from .belt import BeltPickEnv
 from .cell_env import CellEnv
 from .checker import EnvCheckError, check_env
 from .push import PushEnv
@@ -27,6 +28,7 @@ __all__ = [
     "TURN_RAD",
     "VELOCITY_RAD_S",
     "AutoresetMode",
+    "BeltPickEnv",
     "CellEnv",
     "EnvCheckError",
     "EnvSpec",

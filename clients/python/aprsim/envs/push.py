@@ -12,9 +12,9 @@ from .. import arguments
 from ..cell import Cell
 from ..errors import AprsimError
 from ..poses import Array, matrix, wrapped, yaw_of
-from .actions import MOVE_M
 from .cell_env import CellEnv
 from .layout import KIT_TRAY, Layout
+from .scripted import tool_action
 from .spaces import Vector
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ class PushEnv(CellEnv):
         else:
             way[axis] = tray[axis] - sign * (half[axis] + _GAP_M)
             way[1 - axis] = tray[1 - axis]
-        return _action(way)
+        return tool_action(way[0], way[1], way[2], 0.0, opened=False)
 
     # -- tasks --------------------------------------------------------------------------------
 
@@ -176,10 +176,3 @@ def _is_behind(
     at least `gap_m` from it."""
     sign = math.copysign(1.0, goal[axis])
     return abs(tray[1 - axis]) < 0.005 and sign * tray[axis] > half[axis] + gap_m
-
-
-def _action(way_m: Sequence[float]) -> Vector:
-    """A displacement, shortened to the longest one; the gripper stays closed."""
-    way = np.array(way_m) / MOVE_M
-    way /= max(1.0, float(np.abs(way).max()))
-    return np.array([*way, 0.0, -1.0], dtype=np.float32)

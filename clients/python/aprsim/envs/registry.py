@@ -94,6 +94,7 @@ def _register_tasks() -> None:
         ("Place", "tasks:PlaceEnv", 200),
         ("Kit", "tasks:KitEnv", 600),
         ("TwoArms", "two_arms:TwoArmsEnv", 300),
+        ("BeltPick", "belt:BeltPickEnv", 200),
         ("Push", "push:PushEnv", 200),
     ):
         register(EnvSpec(f"aprsim/{name}-v0", f"aprsim.envs.{entry_point}", steps))

@@ -28,20 +28,20 @@ def scripted_action(observation: npt.ArrayLike) -> Vector:
     gear, slot = values[0:3], values[3:6]
     turn, held = values[6], values[8] > 0.5
     if values[9] >= 1.0:
-        return _action(0.0, 0.0, 0.0, 0.0, opened=True)  # all is done
+        return tool_action(0.0, 0.0, 0.0, 0.0, opened=True)  # all is done
     if held:
         height = -slot[2]
         if math.hypot(slot[0], slot[1]) > _AT_M:
-            return _action(*_sideways(slot, height, APPROACH_M), 0.0, opened=False)
+            return tool_action(*_sideways(slot, height, APPROACH_M), 0.0, opened=False)
         at = height < _DROP_M + _AT_M
-        return _action(slot[0], slot[1], _DROP_M - height, 0.0, opened=at)
+        return tool_action(slot[0], slot[1], _DROP_M - height, 0.0, opened=at)
     height = -gear[2]
     turned = abs(turn) > _AT_RAD
     if math.hypot(gear[0], gear[1]) > _AT_M or (turned and height > _AT_M):
         way = _sideways(gear, height, APPROACH_M)
-        return _action(*way, turn if height > _CLEAR_M else 0.0, opened=True)
+        return tool_action(*way, turn if height > _CLEAR_M else 0.0, opened=True)
     at = height < _AT_M
-    return _action(gear[0], gear[1], -height, 0.0, opened=not at)
+    return tool_action(gear[0], gear[1], -height, 0.0, opened=not at)
 
 
 def _sideways(to: list[float], height: float, wanted: float) -> tuple[float, float, float]:
@@ -51,7 +51,8 @@ def _sideways(to: list[float], height: float, wanted: float) -> tuple[float, flo
     return to[0], to[1], max(0.0, wanted - height) if height < _CLEAR_M else wanted - height
 
 
-def _action(x: float, y: float, z: float, turn: float, *, opened: bool) -> Vector:
+def tool_action(x: float, y: float, z: float, turn: float, *, opened: bool) -> Vector:
+    """The action of the kind "pose" for a displacement [m], shortened to the longest one, and a turn [rad]."""
     way = np.array([x, y, z]) / MOVE_M
     longest = float(np.abs(way).max())
     if longest > 1.0:

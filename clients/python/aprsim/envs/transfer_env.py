@@ -21,7 +21,7 @@ from .transfer_state import TransferState
 class TransferEnv(CellEnv):
     """One robot, and a list of gears with their slots. Subclasses choose the list (`_plan_episode`)."""
 
-    observation_names = transfer_state.NAMES
+    observation_names: tuple[str, ...] = transfer_state.NAMES
     option_names = ("tray", "slot")
     _plan: list[Transfer] = []
 

@@ -166,10 +166,10 @@ class Vector(unittest.TestCase):
 
 class Registry(unittest.TestCase):
     def test_names(self):
-        tasks = {f"aprsim/{name}-v0" for name in ("Pick", "Place", "Kit", "TwoArms", "Push")}
+        tasks = {f"aprsim/{name}-v0" for name in ("Pick", "Place", "Kit", "TwoArms", "BeltPick", "Push")}
         self.assertEqual(tasks & set(specs), tasks)
         self.assertEqual(spec("aprsim/Kit-v0").max_episode_steps, 600)
-        with self.assertRaisesRegex(BadArgument, "id: 'aprsim/None-v0', where one of aprsim/Kit-v0"):
+        with self.assertRaisesRegex(BadArgument, "id: 'aprsim/None-v0', where one of aprsim/BeltPick-v0"):
             make("aprsim/None-v0")
 
     def test_own_environments(self):
