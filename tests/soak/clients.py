@@ -17,6 +17,7 @@ import struct
 import subprocess
 import sys
 import threading
+import time
 import types
 import urllib.request
 
@@ -198,9 +199,11 @@ def hostile(ports, ended):
     target = types.SimpleNamespace(ports=ports, status=status)
     chances = random.Random(1)
     while not ended.wait(PEACE_S):
+        name = chances.choice(HOSTILE)
+        print(time.strftime("%H:%M:%S"), name, file=sys.stderr, flush=True)
         # An attack's own sockets may fail.
         try:
-            attacks.ATTACKS[chances.choice(HOSTILE)](target, HOSTILE_S)
+            attacks.ATTACKS[name](target, HOSTILE_S)
         except OSError:
             pass
 

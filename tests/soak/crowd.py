@@ -67,6 +67,7 @@ class Client:
         text = (self.folder / f"{self.name}.log").read_text(encoding="utf-8", errors="replace").strip()
         last = text.splitlines()[-1][:160] if text else f"ended with {self.process.returncode}"
         self.faults[last] = self.faults.get(last, 0) + 1
+        print(f"{time.strftime('%H:%M:%S')} {self.name}: {last}", file=sys.stderr, flush=True)
 
     def stop(self):
         """Asks it to end. A client that hangs is a fault."""
@@ -91,6 +92,7 @@ class Controller(Client):
         super().__init__("kitting", self._make, folder)
         self._cell, self._ports_file, self._reader = cell, ports_file, None
         self.placed, self.rounds, self.lives = 0, 0, 0
+        self.has_placed = False  # in this life
         self.placed_at = time.monotonic()
         self.wires = ""
 
@@ -106,6 +108,7 @@ class Controller(Client):
         return subprocess.PIPE
 
     def start(self):
+        self.has_placed = False
         super().start()
         self._reader = threading.Thread(target=self._read, args=(self.process.stdout,), daemon=True)
         self._reader.start()
@@ -126,6 +129,7 @@ class Controller(Client):
             if placed != before:
                 self.placed += placed - before
                 self.placed_at = time.monotonic()
+                self.has_placed = True
                 before = placed
             if "the kits are as" in told.get("text", ""):
                 self.rounds += 1
