@@ -11,7 +11,6 @@ class Rules(unittest.TestCase):
     def test_the_check(self):
         for name, keywords in {
             "Pick": {"render_mode": "rgb_array"},
-            "TwoArms": {},
             "Push": {"action": "joint_velocity", "rate_hz": 100},
         }.items():
             with self.subTest(name):
