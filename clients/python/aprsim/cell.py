@@ -8,7 +8,6 @@ import queue
 import threading
 import time
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any, Iterator, Mapping, Sequence, TypeVar
 
 import grpc
@@ -17,6 +16,7 @@ from . import arguments, calls, cameras, faults, trajectories
 from .calls import Bookmark, HistorySpan, Receipt, Run, SavedState
 from .cameras import Camera
 from .channel import Channel
+from .closing import Closing
 from .endpoints import Endpoints, find_endpoints
 from .errors import AprsimError, TimedOut
 from .events import Event, Happens, event
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-class Cell(Channel):
+class Cell(Channel, Closing):
     """A running cell. `robot(name)` commands a robot; the methods here do everything else. Errors:
     BadArgument, Unreachable, TimedOut, and Refused with the cell's text. Units are SI. A pose X_WB is a
     4 x 4 matrix: the body's frame B in the world's frame W (`aprsim.poses`). Thread: any; a stream
@@ -77,17 +77,6 @@ class Cell(Channel):
                 key=key,
             )
         )
-
-    def __enter__(self) -> Cell:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """Disconnect, robots included. The cell continues. Waiting calls and streams in other threads

@@ -8,14 +8,14 @@ import tempfile
 import time
 import weakref
 from pathlib import Path
-from types import TracebackType
 
 from .binaries import find_binary
 from .child import Child
+from .closing import Closing
 from .errors import AprsimError
 
 
-class Daemon:
+class Daemon(Closing):
     """Runs aprsimd until `close`, until the end of a `with` block, or as long as the object exists.
 
         with Daemon(scene="aprs", speed="stepped") as daemon, Cell.connect(daemon.ports_file) as cell:
@@ -53,17 +53,6 @@ class Daemon:
         except BaseException:
             self.close()
             raise
-
-    def __enter__(self) -> Daemon:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def log(self) -> str:
         """The daemon's output so far."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 import contextlib
 import socket
 import time
-from types import TracebackType
 from typing import TYPE_CHECKING, Callable
 
 import numpy.typing as npt
 
 from . import arguments, crcl, trajectories
+from .closing import Closing
 from .errors import TimedOut, Unreachable
 from .hosts import with_port
 from .motions import (
@@ -33,7 +33,7 @@ POLL_STEPS, MOST_POLL_STEPS = 10, 40  # steps of a paused cell between polls, do
 ANSWER_S = 60.0
 
 
-class Robot:
+class Robot(Closing):
     """One arm with its gripper. The first command takes the robot (`take`); until then this object
     only reads.
 
@@ -58,17 +58,6 @@ class Robot:
         except OSError as error:
             where = f"{self.name} by CRCL at {with_port(host, port)}"
             raise Unreachable(f"cannot reach {where}: {error}") from error
-
-    def __enter__(self) -> Robot:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """Disconnect. The robot continues its commands. A thread that waits for the robot gets

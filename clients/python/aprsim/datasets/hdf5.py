@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import arguments
+from ..closing import Closing
 from .episode import Episode
 from .errors import DatasetError
 
@@ -38,7 +39,7 @@ def check_is_new(path: str | Path) -> None:
         raise DatasetError(f"{path}: the file exists already")
 
 
-class Writer:
+class Writer(Closing):
     """A new file. It has its name only when it is complete: `close` renames it, an exception in a `with`
     block deletes it."""
 
@@ -70,9 +71,6 @@ class Writer:
         self._data.attrs["env_args"] = kwargs
         self._data.attrs["total"] = 0
         self._count = 0
-
-    def __enter__(self) -> Writer:
-        return self
 
     def __exit__(
         self,
@@ -113,7 +111,7 @@ class Writer:
         os.replace(self._part, self._path)
 
 
-class Reader:
+class Reader(Closing):
     """A file that `Writer` wrote. Each part is checked before its use."""
 
     def __init__(self, path: str | Path) -> None:
@@ -129,17 +127,6 @@ class Reader:
         except BaseException:
             self.close()
             raise
-
-    def __enter__(self) -> Reader:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """Close the file."""

@@ -3,11 +3,12 @@ the same signatures."""
 
 from __future__ import annotations
 
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
+
+from ..closing import Closing
 
 if TYPE_CHECKING:
     from .registry import EnvSpec
@@ -66,7 +67,7 @@ class OwnBox:
         return f"Box({self.low}, {self.high}, {self.shape}, {self.dtype})"
 
 
-class OwnEnv:
+class OwnEnv(Closing):
     """The random numbers of an environment, and the attributes that Gymnasium's wrappers need."""
 
     metadata: dict[str, Any] = {"render_modes": []}
@@ -137,17 +138,6 @@ class OwnEnv:
 
     def close(self) -> None:
         """Release the resources of the environment."""
-
-    def __enter__(self) -> OwnEnv:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def __str__(self) -> str:
         name = type(self).__name__
