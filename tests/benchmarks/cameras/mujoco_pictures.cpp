@@ -1,10 +1,8 @@
 #include "tests/benchmarks/cameras/mujoco_pictures.hpp"
 
 #include <GL/osmesa.h>
-#include <array>
 #include <cmath>
 #include <cstdlib>
-#include <cstring>
 #include <mujoco/mujoco.h>
 #include <numbers>
 #include <numeric>
@@ -13,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "tests/benchmarks/peers/mujoco_model.hpp"
 #include "world/scene/model/free_body.hpp"
 
 namespace aprsim::bench {
@@ -76,18 +75,6 @@ std::string model_text(const scene::Scene& scene, const api::Snapshot& snapshot,
   return out + camera(scene.cameras.at(0)) + "</worldbody></mujoco>\n";
 }
 
-mjModel* load(const std::string& xml) {
-  const auto files = std::make_unique<mjVFS>();
-  mj_defaultVFS(files.get());
-  mj_makeEmptyFileVFS(files.get(), "scene.xml", static_cast<int>(xml.size()));
-  std::memcpy(files->filedata[0], xml.data(), xml.size());
-  std::array<char, 500> error{};
-  mjModel* model = mj_loadXML("scene.xml", files.get(), error.data(), error.size());
-  mj_deleteVFS(files.get());
-  if (model == nullptr) throw std::runtime_error(std::string("MuJoCo: ") + error.data());
-  return model;
-}
-
 }  // namespace
 
 class MujocoPictures::Impl {
@@ -101,7 +88,7 @@ class MujocoPictures::Impl {
         OSMesaMakeCurrent(context_, buffer_.data(), GL_UNSIGNED_BYTE, width, height) == 0) {
       throw std::runtime_error("MuJoCo: there is no software OpenGL");
     }
-    model_ = load(model_text(scene, snapshot, width, height));
+    model_ = load_mujoco_model(model_text(scene, snapshot, width, height));
     data_ = mj_makeData(model_);
     mj_forward(model_, data_);
     mjv_defaultOption(&option_);

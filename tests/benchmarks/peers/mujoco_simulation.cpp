@@ -1,13 +1,11 @@
 // The trays of Table 1 in MuJoCo.
 
-#include <array>
 #include <cstddef>
-#include <cstring>
 #include <mujoco/mujoco.h>
 #include <sstream>
-#include <stdexcept>
 #include <vector>
 
+#include "tests/benchmarks/peers/mujoco_model.hpp"
 #include "tests/benchmarks/peers/peer_engine.hpp"
 #include "tests/benchmarks/peers/peer_geometry.hpp"
 #include "world/physics/bodies/mass_properties.hpp"
@@ -106,7 +104,7 @@ std::string model_xml(const scene::Scene& scene, const MujocoSettings& settings)
 class MujocoSimulation : public TraySimulation {
  public:
   MujocoSimulation(const scene::Scene& scene, const MujocoSettings& settings)
-      : step_s_(scene.physics.step_s), model_(load(model_xml(scene, settings))) {
+      : step_s_(scene.physics.step_s), model_(load_mujoco_model(model_xml(scene, settings))) {
     data_.reset(mj_makeData(model_.get()));
     mj_forward(model_.get(), data_.get());
   }
@@ -128,17 +126,6 @@ class MujocoSimulation : public TraySimulation {
     void operator()(mjModel* model) const { mj_deleteModel(model); }
     void operator()(mjData* data) const { mj_deleteData(data); }
   };
-  static mjModel* load(const std::string& xml) {
-    const auto files = std::make_unique<mjVFS>();
-    mj_defaultVFS(files.get());
-    mj_makeEmptyFileVFS(files.get(), "scene.xml", static_cast<int>(xml.size()));
-    std::memcpy(files->filedata[0], xml.data(), xml.size());
-    std::array<char, 500> error{};
-    mjModel* model = mj_loadXML("scene.xml", files.get(), error.data(), error.size());
-    mj_deleteVFS(files.get());
-    if (model == nullptr) throw std::runtime_error(std::string("MuJoCo: ") + error.data());
-    return model;
-  }
 
   double step_s_, travel_m_ = 0;
   std::unique_ptr<mjModel, Delete> model_;
