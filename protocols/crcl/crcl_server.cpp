@@ -22,6 +22,8 @@ constexpr auto kProgramPeriod = std::chrono::milliseconds(1);
 /// Period of checking injected faults of the port, and peers that nothing is read from.
 constexpr auto kFaultPeriod = std::chrono::milliseconds(10);
 
+}  // namespace
+
 CommandExecutorOptions executor_options(const CrclServerOptions& options) {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   CommandExecutorOptions executor;
@@ -37,8 +39,6 @@ CommandExecutorOptions executor_options(const CrclServerOptions& options) {
   executor.start_ms = std::chrono::duration_cast<std::chrono::milliseconds>(now).count();
   return executor;
 }
-
-}  // namespace
 
 class CrclServer::Impl {
  public:

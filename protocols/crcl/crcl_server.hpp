@@ -59,6 +59,10 @@ struct CrclServerOptions {
   protocols::WireTap* tap = nullptr;  ///< sees the documents; outlives the server
 };
 
+struct CommandExecutorOptions;
+/// Those of the executor behind a port.
+[[nodiscard]] CommandExecutorOptions executor_options(const CrclServerOptions& options);
+
 struct CrclServerStats {
   std::uint64_t accepted = 0;  ///< accepted connections
   std::uint64_t refused = 0;   ///< connections closed at once: over the limit

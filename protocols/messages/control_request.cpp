@@ -60,23 +60,8 @@ Result<api::RunUntil> to_command(const v1::RunUntilRequest& request) {
   return read_value(request, run).map([&] { return std::move(run); });
 }
 
-api::SpawnBody to_command(const v1::SpawnBodyRequest& request) {
-  return plain<api::SpawnBody>(request);
-}
-
-api::MoveBody to_command(const v1::MoveBodyRequest& request) {
-  return plain<api::MoveBody>(request);
-}
-
-api::RemoveBody to_command(const v1::RemoveBodyRequest& request) {
-  return plain<api::RemoveBody>(request);
-}
-
-api::SetSceneValue to_command(const v1::SetSceneValueRequest& request) {
-  return plain<api::SetSceneValue>(request);
-}
-
-Result<api::SetSpeed> to_command(const v1::SetSpeedRequest& request) {
+Result<CommandBody> command_of(const v1::SetSpeedRequest& request,
+                               const api::Snapshot& /*snapshot*/) {
   switch (request.speed_case()) {
     case v1::SetSpeedRequest::kFactor:
       if (!(request.factor() >= api::kMinSpeed && request.factor() <= api::kMaxSpeed)) {
@@ -84,20 +69,21 @@ Result<api::SetSpeed> to_command(const v1::SetSpeedRequest& request) {
                     fmt::format("{} is not within {} and {}", request.factor(), api::kMinSpeed,
                                 api::kMaxSpeed));
       }
-      return api::SetSpeed{request.factor()};
+      return api::SimulationCommand(api::SetSpeed{request.factor()});
     case v1::SetSpeedRequest::kMaximum:
       if (!request.maximum()) {
         return fail(ErrorCode::kInvalidArgument, "maximum",
                     "only true is valid; set factor for any other speed");
       }
-      return api::SetSpeed{};
+      return api::SimulationCommand(api::SetSpeed{});
     case v1::SetSpeedRequest::SPEED_NOT_SET:
       break;
   }
   return fail(ErrorCode::kInvalidArgument, "speed", "one of factor and maximum must be set");
 }
 
-Result<api::SetIntruder> to_command(const v1::SetIntruderRequest& request) {
+Result<CommandBody> command_of(const v1::SetIntruderRequest& request,
+                               const api::Snapshot& /*snapshot*/) {
   const auto& intruder = request.intruder();
   if (request.has_intruder() && !(intruder.has_intruder_in_world() && intruder.has_size_m())) {
     return fail(ErrorCode::kInvalidArgument, "intruder",
@@ -112,8 +98,9 @@ Result<api::FollowTrajectory> to_command(const v1::FollowTrajectory& message) {
   return goal;
 }
 
-Result<api::ConveyorCommand> to_command(const v1::SetConveyorRequest& request,
-                                        const api::CellDescription& cell) {
+Result<CommandBody> command_of(const v1::SetConveyorRequest& request,
+                               const api::Snapshot& snapshot) {
+  const api::CellDescription& cell = *snapshot.cell;
   if (!cell.has_conveyor) {
     return fail(ErrorCode::kFailedPrecondition, "conveyor",
                 "scene '" + cell.scene + "' has no conveyor");
@@ -147,15 +134,14 @@ Result<api::ConveyorCommand> to_command(const v1::SetConveyorRequest& request,
   return command;
 }
 
-Result<api::Resume> to_command(const v1::ResumeRequest& /*request*/,
+Result<CommandBody> command_of(const v1::ResumeRequest& /*request*/,
                                const api::Snapshot& snapshot) {
-  if (snapshot.world_fault.empty()) return api::Resume{};
+  if (snapshot.world_fault.empty()) return api::SimulationCommand(api::Resume{});
   return fail(ErrorCode::kFailedPrecondition, "resume",
               "the simulation has stopped until the cell is reset: " + snapshot.world_fault);
 }
 
-Result<api::SaveState> to_command(const v1::SaveStateRequest& request,
-                                  const api::Snapshot& snapshot) {
+Result<CommandBody> command_of(const v1::SaveStateRequest& request, const api::Snapshot& snapshot) {
   const auto names = saved_names(snapshot);
   const bool again = std::ranges::find(names, request.name()) != names.end();
   if (!again && names.size() >= api::kMaxSavedStates) {
@@ -164,19 +150,65 @@ Result<api::SaveState> to_command(const v1::SaveStateRequest& request,
                             "one of their names again, or delete one",
                             request.name().substr(0, 64), api::kMaxSavedStates));
   }
-  return api::SaveState{request.name()};
+  return api::SimulationCommand(api::SaveState{request.name()});
 }
 
-Result<api::LoadState> to_command(const v1::LoadStateRequest& request,
-                                  const api::Snapshot& snapshot) {
+Result<CommandBody> command_of(const v1::LoadStateRequest& request, const api::Snapshot& snapshot) {
   if (auto ok = find_state(request.name(), snapshot); !ok) return tl::unexpected(ok.error());
-  return api::LoadState{request.name()};
+  return api::SimulationCommand(api::LoadState{request.name()});
 }
 
-Result<api::DeleteState> to_command(const v1::DeleteStateRequest& request,
-                                    const api::Snapshot& snapshot) {
+Result<CommandBody> command_of(const v1::DeleteStateRequest& request,
+                               const api::Snapshot& snapshot) {
   if (auto ok = find_state(request.name(), snapshot); !ok) return tl::unexpected(ok.error());
-  return api::DeleteState{request.name()};
+  return api::SimulationCommand(api::DeleteState{request.name()});
+}
+
+Result<CommandBody> command_of(const v1::PauseRequest& /*request*/,
+                               const api::Snapshot& /*snapshot*/) {
+  return api::SimulationCommand(api::Pause{});
+}
+
+Result<CommandBody> command_of(const v1::ResetRequest& request, const api::Snapshot& /*snapshot*/) {
+  const bool empty = request.scene_name().empty() && request.scene_text().empty();
+  if (request.scene_case() != v1::ResetRequest::SCENE_NOT_SET && empty) {
+    return fail(ErrorCode::kInvalidArgument, "scene", "it is empty");
+  }
+  api::Reset reset;
+  if (request.has_seed()) reset.seed = request.seed();
+  reset.scene_name = request.scene_name();
+  reset.scene_text = request.scene_text();
+  return api::SimulationCommand(std::move(reset));
+}
+
+Result<CommandBody> command_of(const v1::SpawnBodyRequest& request,
+                               const api::Snapshot& /*snapshot*/) {
+  return api::SceneCommand(plain<api::SpawnBody>(request));
+}
+
+Result<CommandBody> command_of(const v1::MoveBodyRequest& request,
+                               const api::Snapshot& /*snapshot*/) {
+  return api::SceneCommand(plain<api::MoveBody>(request));
+}
+
+Result<CommandBody> command_of(const v1::RemoveBodyRequest& request,
+                               const api::Snapshot& /*snapshot*/) {
+  return api::SceneCommand(plain<api::RemoveBody>(request));
+}
+
+Result<CommandBody> command_of(const v1::SetSceneValueRequest& request,
+                               const api::Snapshot& /*snapshot*/) {
+  return api::SceneCommand(plain<api::SetSceneValue>(request));
+}
+
+Result<CommandBody> command_of(const v1::EndFaultRequest& request,
+                               const api::Snapshot& /*snapshot*/) {
+  return api::FaultCommand(api::EndFault{request.id()});
+}
+
+Result<CommandBody> command_of(const v1::ReportEventRequest& request,
+                               const api::Snapshot& /*snapshot*/) {
+  return api::FaultCommand(api::ReportEvent{request.event()});
 }
 
 }  // namespace aprsim::protocols

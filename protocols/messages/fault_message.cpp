@@ -60,9 +60,12 @@ Result<void> Codec<api::WhenGrasped>::read(const v1::GraspedTrigger& message,
   return {};
 }
 
-Result<api::InjectFault> to_command(const v1::InjectFaultRequest& request) {
+Result<CommandBody> command_of(const v1::InjectFaultRequest& request,
+                               const api::Snapshot& /*snapshot*/) {
   api::InjectFault fault;
-  return read_fields(request, fault).map([&] { return std::move(fault); });
+  return read_fields(request, fault).map([&]() -> CommandBody {
+    return api::FaultCommand(std::move(fault));
+  });
 }
 
 void write_message(const api::InjectedFault& fault, v1::InjectedFault& message) {

@@ -12,17 +12,11 @@
 #include "protocols/web/web_server.hpp"
 #include "server/access/security_context.hpp"
 #include "server/config/config.hpp"
+#include "server/listeners/endpoints.hpp"
 #include "world/scene/model/scene.hpp"
 
 /// Options of the servers by configuration and scene.
 namespace aprsim::server {
-
-// Endpoint numbers in the journal; those of robots count up from the first.
-inline constexpr api::EndpointId kModbusEndpoint = 1;
-inline constexpr api::EndpointId kGrpcEndpoint = 2;
-inline constexpr api::EndpointId kWebEndpoint = 3;
-inline constexpr api::EndpointId kFirstCrclEndpoint = 16;
-inline constexpr api::EndpointId kFirstSimpleMessageEndpoint = 4096;
 
 /// Objects that all listeners of a daemon share; they outlive the listeners.
 struct ListenerContext {

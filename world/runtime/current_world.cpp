@@ -16,11 +16,12 @@ std::vector<std::unique_ptr<robot::PlanningThread>> start_planning_threads(std::
 
 }  // namespace
 
-CurrentWorld::CurrentWorld(std::shared_ptr<const scene::Scene> scene, std::uint64_t seed)
+CurrentWorld::CurrentWorld(std::shared_ptr<const scene::Scene> scene, std::uint64_t seed,
+                           bool plans_ahead)
     : scene_at_start_(std::move(scene)),
       scene_(scene_at_start_),
       seed_(seed),
-      planning_threads_(start_planning_threads(scene_->robots.size())),
+      planning_threads_(start_planning_threads(plans_ahead ? scene_->robots.size() : 0)),
       models_(load_models(*scene_)),
       world_(build(scene_, seed)) {
   world_->watch_events();

@@ -12,12 +12,11 @@
 namespace aprsim::world {
 
 /// The world that is simulated, and its replacement by another one: on a reset, a change of the
-/// scene, or a load. Motion plans are made ahead by one thread a robot. Thread: sim, unless said
-/// otherwise.
+/// scene, or a load. Thread: sim, unless said otherwise.
 class CurrentWorld {
  public:
-  /// Throws std::runtime_error as World does.
-  CurrentWorld(std::shared_ptr<const scene::Scene> scene, std::uint64_t seed);
+  /// `plans_ahead`: as in SimulationOptions. Throws std::runtime_error as World does.
+  CurrentWorld(std::shared_ptr<const scene::Scene> scene, std::uint64_t seed, bool plans_ahead);
 
   [[nodiscard]] World& operator*() { return *world_; }
   [[nodiscard]] const World& operator*() const { return *world_; }
@@ -49,7 +48,8 @@ class CurrentWorld {
   std::shared_ptr<const scene::Scene> scene_;
   std::uint64_t seed_;
   std::uint64_t revision_ = 0;  ///< of the cell's description
-  const std::vector<std::unique_ptr<robot::PlanningThread>> planning_threads_;  ///< one a robot
+  const std::vector<std::unique_ptr<robot::PlanningThread>>
+      planning_threads_;  ///< one a robot, or none
   const ArmModels models_;
   std::unique_ptr<World> world_;
 };

@@ -13,15 +13,6 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
-/// The command's Reset, if it names or carries another scene.
-api::Reset* reset_to_other_scene(api::Command& command) {
-  auto* simulation = std::get_if<api::SimulationCommand>(&command.body);
-  auto* reset = simulation != nullptr ? std::get_if<api::Reset>(simulation) : nullptr;
-  const bool has_scene =
-      reset != nullptr && !(reset->scene_name.empty() && reset->scene_text.empty());
-  return has_scene ? reset : nullptr;
-}
-
 }  // namespace
 
 Simulation::Simulation(std::shared_ptr<const scene::Scene> scene, SimulationOptions options)
@@ -51,10 +42,8 @@ void Simulation::stop() {
 Result<api::Ticket> Simulation::submit(api::Command command) {
   if (auto ok = check(command, latest()->cell); !ok) return tl::unexpected(ok.error());
   if (auto ok = admit_edit(command); !ok) return tl::unexpected(ok.error());
-  if (api::Reset* reset = reset_to_other_scene(command)) {
-    auto next = read_next_scene(*reset, core_.scene_at_start());
-    if (!next) return tl::unexpected(std::move(next.error()));
-    reset->next = *std::move(next);
+  if (auto ok = add_next_scene(command, core_.scene_at_start()); !ok) {
+    return tl::unexpected(std::move(ok.error()));
   }
   return queue_.push(std::move(command));
 }

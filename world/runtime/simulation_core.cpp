@@ -10,7 +10,7 @@ namespace aprsim::world {
 
 SimulationCore::SimulationCore(std::shared_ptr<const scene::Scene> scene,
                                const SimulationOptions& options)
-    : world_(std::move(scene), options.seed),
+    : world_(std::move(scene), options.seed, options.plans_ahead),
       control_(options.paused),
       recording_(options.recorder),
       events_(recording_),

@@ -17,6 +17,9 @@ struct SimulationOptions {
   std::uint64_t max_saved_bytes = std::uint64_t{64} << 20;  ///< of saved states together
   /// Clients pace; `speed` holds while none does. nullopt = the wall clock alone.
   std::optional<VirtualTimeOptions> virtual_time = {};
+  /// Motion plans are made ahead by one thread a robot; else by the stepping thread, with the same
+  /// bits.
+  bool plans_ahead = true;
   /// Records the run; outlives the simulation. Null = no record.
   Recorder* recorder = nullptr;
 };

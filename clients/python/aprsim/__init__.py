@@ -7,7 +7,7 @@
     print(cell.snapshot().robot("fanuc").tool_in_world[:3, 3])
 
 `Cell` and `Robot` block until each call is done; `aprsim.aio` has the same classes for asyncio. `Daemon`
-starts a private cell, `run_scenario` runs a whole job, and `aprsim.envs` has tasks with Gymnasium's
+starts a private cell, `World` is a cell in this process, `run_scenario` runs a whole job, and `aprsim.envs` has tasks with Gymnasium's
 signatures. Units are SI.
 
 Poses are 4 x 4 matrices named after their frames: X_WT is the pose of the tool T in the world W, with the
@@ -26,6 +26,7 @@ from .scenarios import ScenarioReport, run_scenario, scenarios
 from .snapshots import BodyState, RobotState, Snapshot
 from .tables import bodies_table, robots_table
 from .trajectories import Feedback, Followed, Trajectory, TrajectoryError
+from .world import World
 
 __all__ = [
     "AprsimError",
@@ -57,6 +58,7 @@ __all__ = [
     "Trajectory",
     "TrajectoryError",
     "Unreachable",
+    "World",
     "aio",
     "bodies_table",
     "crcl",

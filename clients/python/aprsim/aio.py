@@ -23,7 +23,7 @@ import numpy.typing as npt
 from . import arguments, calls, cameras, crcl, faults, trajectories
 from .calls import Bookmark, HistorySpan, Receipt, Run, SavedState
 from .cameras import CameraBase, Content, Picture, SeenObject
-from .channel import Channel
+from .channel import Channel, open_channel
 from .endpoints import Endpoints, find_endpoints
 from .errors import AprsimError, TimedOut, Unreachable
 from .events import Event, Happens, event
@@ -37,7 +37,8 @@ from .motions import (
     check_frame,
 )
 from .poses import Array
-from .robot import ANSWER_S, MOST_POLL_STEPS, POLL_S, POLL_STEPS
+from .robot import MOST_POLL_STEPS, POLL_S, POLL_STEPS
+from .robot_wires import ANSWER_S
 from .snapshots import BodyState, Snapshot, seconds
 from .trajectories import Feedback, Followed, Trajectory
 
@@ -345,7 +346,7 @@ class Cell(Channel):
 
     def __init__(self, endpoints: Endpoints) -> None:
         """Call `connect` instead."""
-        super().__init__(endpoints, grpc.aio)
+        super().__init__(endpoints, *open_channel(endpoints, grpc.aio))
         self._robots: dict[str, Robot] = {}
         self.description: cell_pb2.CellDescription
         """Robots, bodies, belt and cameras: the part that is constant between two resets."""

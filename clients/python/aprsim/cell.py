@@ -15,13 +15,14 @@ import grpc
 from . import arguments, calls, cameras, faults, trajectories
 from .calls import Bookmark, HistorySpan, Receipt, Run, SavedState
 from .cameras import Camera
-from .channel import Channel
+from .channel import Channel, open_channel
 from .closing import Closing
 from .endpoints import Endpoints, find_endpoints
 from .errors import AprsimError, TimedOut
 from .events import Event, Happens, event
 from .poses import Array
 from .robot import MOST_POLL_STEPS, POLL_S, POLL_STEPS, Robot
+from .robot_wires import RobotSocket, RobotWire
 from .snapshots import BodyState, Snapshot, seconds
 
 if TYPE_CHECKING:
@@ -37,7 +38,10 @@ class Cell(Channel, Closing):
     belongs to its reader, a robot to one thread at a time."""
 
     def __init__(self, endpoints: Endpoints) -> None:
-        super().__init__(endpoints, grpc)
+        super().__init__(endpoints, *open_channel(endpoints, grpc))
+        self._begin()
+
+    def _begin(self) -> None:
         self._robots: dict[str, Robot] = {}
         self.description: cell_pb2.CellDescription = self._run(calls.get_cell())
         """Robots, bodies, belt and cameras: the part that is constant between two resets."""
@@ -284,9 +288,12 @@ class Cell(Channel, Closing):
         if self._closed:
             raise self._closed_error()
         description = calls.robot_named(self.description, name)
-        robot = Robot(self, description, self.endpoints.host, self.endpoints.crcl_port(name))
+        robot = Robot(self, description, self._connect_robot(name))
         self._robots[name] = robot
         return robot
+
+    def _connect_robot(self, name: str) -> RobotWire:
+        return RobotSocket(name, self.endpoints.host, self.endpoints.crcl_port(name))
 
     def follow_trajectory(
         self, goal: trajectories.Goal, timeout_s: float

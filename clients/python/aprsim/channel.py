@@ -28,17 +28,11 @@ _PROXY_VARIABLES = ("grpc_proxy", "https_proxy", "http_proxy")  # those that gRP
 class Channel:
     """The channel with its services, the metadata of every call, and the cached state of the cell."""
 
-    def __init__(self, endpoints: Endpoints, kind: Any) -> None:
-        """`kind`: the module grpc, or grpc.aio."""
+    def __init__(self, endpoints: Endpoints, channel: Any, address: str) -> None:
+        """`channel`: one of grpc or grpc.aio, or an object with its calls. `address` is for errors."""
         self.endpoints = endpoints
-        self._address = with_port(endpoints.host, endpoints.grpc)
-        credentials = calls.credentials_of(endpoints)
-        options = channel_options(endpoints.host)
-        self._channel: Any = (
-            kind.secure_channel(self._address, credentials, options=options)
-            if credentials
-            else kind.insecure_channel(self._address, options=options)
-        )
+        self._address = address
+        self._channel = channel
         self._metadata = calls.metadata_of(endpoints)
         self._stubs: dict[calls.Service, Any] = {
             "Camera": camera_service_pb2_grpc.CameraServiceStub(self._channel),
@@ -77,6 +71,16 @@ class Channel:
         for call in list(self._open_calls):
             call.cancel()
         self._open_calls.clear()
+
+
+def open_channel(endpoints: Endpoints, kind: Any) -> tuple[Any, str]:
+    """The channel to a daemon, and its address. `kind`: the module grpc, or grpc.aio."""
+    address = with_port(endpoints.host, endpoints.grpc)
+    credentials = calls.credentials_of(endpoints)
+    options = channel_options(endpoints.host)
+    if credentials:
+        return kind.secure_channel(address, credentials, options=options), address
+    return kind.insecure_channel(address, options=options), address
 
 
 def channel_options(host: str) -> list[tuple[str, int]]:

@@ -1,9 +1,7 @@
-"""A robot, commanded over its CRCL socket."""
+"""A robot, commanded by CRCL."""
 
 from __future__ import annotations
 
-import contextlib
-import socket
 import time
 from typing import TYPE_CHECKING, Callable
 
@@ -12,7 +10,6 @@ import numpy.typing as npt
 from . import arguments, crcl, trajectories
 from .closing import Closing
 from .errors import TimedOut, Unreachable
-from .hosts import with_port
 from .motions import (
     INITIALISE_S,
     MOVE_TIMEOUT_S,
@@ -22,6 +19,7 @@ from .motions import (
     check_frame,
 )
 from .poses import Array
+from .robot_wires import RobotWire
 from .trajectories import Feedback, Followed, Trajectory
 
 if TYPE_CHECKING:
@@ -30,7 +28,6 @@ if TYPE_CHECKING:
 
 POLL_S = 0.02
 POLL_STEPS, MOST_POLL_STEPS = 10, 40  # steps of a paused cell between polls, doubled each time
-ANSWER_S = 60.0
 
 
 class Robot(Closing):
@@ -45,27 +42,19 @@ class Robot(Closing):
     (R) of the robot's CRCL poses. Thread: one at a time."""
 
     def __init__(
-        self, cell: Cell, description: cell_pb2.RobotDescription, host: str, port: int
+        self, cell: Cell, description: cell_pb2.RobotDescription, wire: RobotWire
     ) -> None:
         self._cell = cell
         self._motions = Motions(description)
         self._session = crcl.Session(description.name)
+        self._wire = wire
         self.name = description.name
         self.description = description
-        try:
-            self._socket = socket.create_connection((host, port), ANSWER_S)
-            self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        except OSError as error:
-            where = f"{self.name} by CRCL at {with_port(host, port)}"
-            raise Unreachable(f"cannot reach {where}: {error}") from error
 
     def close(self) -> None:
         """Disconnect. The robot continues its commands. A thread that waits for the robot gets
         Unreachable."""
-        with contextlib.suppress(OSError):
-            self._socket.shutdown(socket.SHUT_RDWR)
-        with contextlib.suppress(OSError):
-            self._socket.close()
+        self._wire.close()
 
     # -- session ------------------------------------------------------------------------------
 
@@ -218,10 +207,10 @@ class Robot(Closing):
     def status(self) -> crcl.Status:
         """The robot's CRCL status. Until the robot is taken, its numbers are in the robot's default
         units. In virtual time each query takes simulated time."""
-        self._send(self._session.ask())
+        self._wire.send(self._session.ask())
         status = self._session.feed(b"")
         while status is None:
-            status = self._session.feed(self._receive())
+            status = self._session.feed(self._wire.receive())
         return status
 
     def tool(self, frame: Frame = "world") -> Array:
@@ -252,7 +241,7 @@ class Robot(Closing):
         return self._start(command)
 
     def _start(self, command: crcl.Command) -> crcl.Status:
-        self._send(self._session.begin(command))
+        self._wire.send(self._session.begin(command))
         return self.status()
 
     def wait(self, timeout_s: float = MOVE_TIMEOUT_S) -> crcl.Status:
@@ -285,20 +274,3 @@ class Robot(Closing):
         began = time.monotonic()
         time.sleep(POLL_S)
         return time.monotonic() - began
-
-    def _send(self, document: bytes) -> None:
-        try:
-            self._socket.sendall(document)
-        except OSError as error:
-            raise Unreachable(f"{self.name}: {error}") from error
-
-    def _receive(self) -> bytes:
-        try:
-            data = self._socket.recv(1 << 16)
-        except TimeoutError as error:
-            raise TimedOut(f"{self.name}: no status within {ANSWER_S:g} s") from error
-        except OSError as error:
-            raise Unreachable(f"{self.name}: {error}") from error
-        if not data:
-            raise Unreachable(f"{self.name}: the robot has closed the connection")
-        return data

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <utility>
 
-#include "protocols/grpc/calls/receipt.hpp"
 #include "protocols/grpc/calls/rpc_status.hpp"
 #include "protocols/grpc/streams/state_transfer.hpp"
 #include "protocols/messages/control_request.hpp"
+#include "protocols/messages/control_response.hpp"
 #include "protocols/messages/write_message.hpp"
 #include "protocols/ports/command_failure.hpp"
 #include "world/api/commands/stop_command.hpp"
@@ -67,16 +67,22 @@ grpc::ServerUnaryReactor* ControlService::end(grpc::CallbackServerContext* conte
   return reactor;
 }
 
-grpc::ServerUnaryReactor* ControlService::command(grpc::CallbackServerContext* context, Body body,
-                                                  Fill fill) {
+template <typename Request, typename Response>
+grpc::ServerUnaryReactor* ControlService::command(grpc::CallbackServerContext* context,
+                                                  const Request& request, Response& response) {
   if (const auto refused = refusal(*context)) return end(context, *refused);
+  auto body = protocols::command_of(request, *source_.latest());
+  if (!body) return refuse(context, body.error());
   auto* reactor = context->DefaultReactor();
-  carry_out(context, finisher(reactor), std::move(body), std::move(fill));
+  carry_out(context, finisher(reactor), *std::move(body),
+            [&request, &response](const api::Snapshot& snapshot, api::Ticket ticket) {
+              protocols::write_response(snapshot, ticket, request, response);
+            });
   return reactor;
 }
 
 void ControlService::carry_out(grpc::CallbackServerContext* context, const Finish& finish,
-                               Body body, Fill fill) {
+                               protocols::CommandBody body, Fill fill) {
   api::Command command{options_.listener.endpoint, std::move(body)};
   const bool stop = api::is_stop(command);
   const auto ticket = sink_.submit(std::move(command));
@@ -97,21 +103,15 @@ void ControlService::carry_out(grpc::CallbackServerContext* context, const Finis
 }
 
 grpc::ServerUnaryReactor* ControlService::Pause(grpc::CallbackServerContext* context,
-                                                const v1::PauseRequest* /*request*/,
+                                                const v1::PauseRequest* request,
                                                 v1::PauseResponse* response) {
-  return command(context, api::SimulationCommand(api::Pause{}), [response](const auto& s, auto t) {
-    write_receipt(s, t, *response->mutable_receipt());
-  });
+  return command(context, *request, *response);
 }
 
 grpc::ServerUnaryReactor* ControlService::Resume(grpc::CallbackServerContext* context,
                                                  const v1::ResumeRequest* request,
                                                  v1::ResumeResponse* response) {
-  const auto resume = protocols::to_command(*request, *source_.latest());
-  if (!resume) return refuse(context, resume.error());
-  return command(context, api::SimulationCommand(*resume), [response](const auto& s, auto t) {
-    write_receipt(s, t, *response->mutable_receipt());
-  });
+  return command(context, *request, *response);
 }
 
 grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* context,
@@ -120,17 +120,15 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
   if (const auto refused = refusal(*context)) return end(context, *refused);
   const auto command = protocols::to_command(*request);
   if (!command) return refuse(context, command.error());
-  const auto mask = SnapshotView::parse(request->read_mask(), {}, *source_.latest()->cell);
-  if (!mask) return refuse(context, mask.error());
+  const auto wanted = protocols::wanted_view(*request, *source_.latest()->cell);
+  if (!wanted) return refuse(context, wanted.error());
   const std::uint64_t steps = command->steps;
-  std::optional<SnapshotView> wanted;
-  if (request->has_read_mask()) wanted = *mask;
   std::unique_lock lock(step_mutex_);
   const api::SnapshotPtr now = source_.latest();
   if (!now->paused && options_.listener.virtual_time &&
       options_.listener.virtual_time->is_registered("grpc")) {
     lock.unlock();
-    return pass_time(context, steps, wanted, response);
+    return pass_time(context, steps, *wanted, response);
   }
   if (!now->paused) {
     return refuse(context, {ErrorCode::kFailedPrecondition, "step",
@@ -144,14 +142,14 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
   lock.unlock();
 
   auto* reactor = context->DefaultReactor();
-  auto outcome = [=, this, epoch = now->epoch,
+  auto outcome = [=, this, wanted = *wanted, epoch = now->epoch,
                   ticket = *ticket](const api::Snapshot& s) -> std::optional<grpc::Status> {
     if (s.epoch != epoch) {
       return grpc::Status(grpc::StatusCode::ABORTED, "the cell was reset while stepping");
     }
     if (!s.world_fault.empty()) return grpc::Status(grpc::StatusCode::ABORTED, s.world_fault);
     if (s.applied < ticket || s.step < goal) return std::nullopt;
-    write_receipt(s, ticket, *response->mutable_receipt());
+    protocols::write_receipt(s, ticket, *response->mutable_receipt());
     write_wanted(s, wanted, *response);
     return grpc::Status::OK;
   };
@@ -170,10 +168,9 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
 }
 
 // The reply to a command over gRPC follows its effect, so commands never wait for time to pass.
-grpc::ServerUnaryReactor* ControlService::pass_time(grpc::CallbackServerContext* context,
-                                                    std::uint64_t steps,
-                                                    const std::optional<SnapshotView>& wanted,
-                                                    v1::StepResponse* response) {
+grpc::ServerUnaryReactor* ControlService::pass_time(
+    grpc::CallbackServerContext* context, std::uint64_t steps,
+    const std::optional<protocols::SnapshotView>& wanted, v1::StepResponse* response) {
   api::VirtualTime& time = *options_.listener.virtual_time;
   std::unique_lock lock(step_mutex_);
   if (!pacer_) {
@@ -201,7 +198,7 @@ grpc::ServerUnaryReactor* ControlService::pass_time(grpc::CallbackServerContext*
     }
     if (!s.world_fault.empty()) return grpc::Status(grpc::StatusCode::ABORTED, s.world_fault);
     if (s.step < goal) return std::nullopt;
-    write_receipt(s, s.applied, *response->mutable_receipt());
+    protocols::write_receipt(s, s.applied, *response->mutable_receipt());
     write_wanted(s, wanted, *response);
     return grpc::Status::OK;
   };
@@ -215,14 +212,12 @@ grpc::ServerUnaryReactor* ControlService::RunUntil(grpc::CallbackServerContext* 
   if (const auto refused = refusal(*context)) return end(context, *refused);
   const auto run = protocols::to_command(*request);
   if (!run) return refuse(context, run.error());
-  const auto mask = SnapshotView::parse(request->read_mask(), {}, *source_.latest()->cell);
-  if (!mask) return refuse(context, mask.error());
-  std::optional<SnapshotView> wanted;
-  if (request->has_read_mask()) wanted = *mask;
+  const auto wanted = protocols::wanted_view(*request, *source_.latest()->cell);
+  if (!wanted) return refuse(context, wanted.error());
   const auto ticket = sink_.submit({options_.listener.endpoint, api::SimulationCommand(*run)});
   if (!ticket) return refuse(context, ticket.error());
   auto* reactor = context->DefaultReactor();
-  auto outcome = [this, ticket = *ticket, wanted,
+  auto outcome = [this, ticket = *ticket, wanted = *wanted,
                   response](const api::Snapshot& s) -> std::optional<grpc::Status> {
     if (s.applied < ticket) return std::nullopt;
     if (const Error* error = protocols::failure_of(s, ticket)) return rpc_status(*error);
@@ -240,26 +235,19 @@ grpc::ServerUnaryReactor* ControlService::RunUntil(grpc::CallbackServerContext* 
 }
 
 grpc::Status ControlService::finish_run(const api::RunEnd& ended, const api::Snapshot& snapshot,
-                                        const std::optional<SnapshotView>& wanted,
+                                        const std::optional<protocols::SnapshotView>& wanted,
                                         v1::RunUntilResponse& response) const {
   if (ended.why == api::RunEnd::Why::kInterrupted) {
     return {grpc::StatusCode::ABORTED, "the run has ended before: " + ended.text};
   }
-  write_receipt(snapshot, ended.run, *response.mutable_receipt());
-  response.set_outcome(ended.why == api::RunEnd::Why::kMet ? v1::RUN_OUTCOME_MET
-                                                           : v1::RUN_OUTCOME_STEPS);
+  protocols::write_response(snapshot, ended, options_.events, response);
   write_wanted(snapshot, wanted, response);
-  if (ended.event == 0 || options_.events == nullptr) return grpc::Status::OK;
-  const auto events = options_.events->after(ended.event - 1, 1).events;
-  if (!events.empty() && events.front()->sequence == ended.event) {
-    protocols::write_message(*events.front(), *response.mutable_event());
-  }
   return grpc::Status::OK;
 }
 
 template <typename Response>
 void ControlService::write_wanted(const api::Snapshot& snapshot,
-                                  const std::optional<SnapshotView>& wanted,
+                                  const std::optional<protocols::SnapshotView>& wanted,
                                   Response& response) const {
   if (!wanted) return;
   wanted->write(snapshot, options_.instance_id, *response.mutable_snapshot());
@@ -268,57 +256,31 @@ void ControlService::write_wanted(const api::Snapshot& snapshot,
 grpc::ServerUnaryReactor* ControlService::SetSpeed(grpc::CallbackServerContext* context,
                                                    const v1::SetSpeedRequest* request,
                                                    v1::SetSpeedResponse* response) {
-  const auto speed = protocols::to_command(*request);
-  if (!speed) return refuse(context, speed.error());
-  return command(context, api::SimulationCommand(*speed), [response](const auto& s, auto t) {
-    write_receipt(s, t, *response->mutable_receipt());
-  });
+  return command(context, *request, *response);
 }
 
 grpc::ServerUnaryReactor* ControlService::Reset(grpc::CallbackServerContext* context,
                                                 const v1::ResetRequest* request,
                                                 v1::ResetResponse* response) {
-  api::Reset reset;
-  if (request->has_seed()) reset.seed = request->seed();
-  reset.scene_name = request->scene_name();
-  reset.scene_text = request->scene_text();
-  if (request->scene_case() != v1::ResetRequest::SCENE_NOT_SET && reset.scene_name.empty() &&
-      reset.scene_text.empty()) {
-    return refuse(context, {ErrorCode::kInvalidArgument, "scene", "it is empty"});
-  }
-  return command(context, api::SimulationCommand(reset), [response](const auto& s, auto t) {
-    write_receipt(s, t, *response->mutable_receipt());
-  });
+  return command(context, *request, *response);
 }
 
 grpc::ServerUnaryReactor* ControlService::SaveState(grpc::CallbackServerContext* context,
                                                     const v1::SaveStateRequest* request,
                                                     v1::SaveStateResponse* response) {
-  const auto save = protocols::to_command(*request, *source_.latest());
-  if (!save) return refuse(context, save.error());
-  return command(context, api::SimulationCommand(*save), [response](const auto& s, auto t) {
-    write_receipt(s, t, *response->mutable_receipt());
-  });
+  return command(context, *request, *response);
 }
 
 grpc::ServerUnaryReactor* ControlService::LoadState(grpc::CallbackServerContext* context,
                                                     const v1::LoadStateRequest* request,
                                                     v1::LoadStateResponse* response) {
-  const auto load = protocols::to_command(*request, *source_.latest());
-  if (!load) return refuse(context, load.error());
-  return command(context, api::SimulationCommand(*load), [response](const auto& s, auto t) {
-    write_receipt(s, t, *response->mutable_receipt());
-  });
+  return command(context, *request, *response);
 }
 
 grpc::ServerUnaryReactor* ControlService::DeleteState(grpc::CallbackServerContext* context,
                                                       const v1::DeleteStateRequest* request,
                                                       v1::DeleteStateResponse* response) {
-  const auto remove = protocols::to_command(*request, *source_.latest());
-  if (!remove) return refuse(context, remove.error());
-  return command(context, api::SimulationCommand(*remove), [response](const auto& s, auto t) {
-    write_receipt(s, t, *response->mutable_receipt());
-  });
+  return command(context, *request, *response);
 }
 
 grpc::ServerWriteReactor<v1::ExportStateResponse>* ControlService::ExportState(
@@ -355,7 +317,7 @@ grpc::ServerReadReactor<v1::ImportStateRequest>* ControlService::ImportState(
             context, [&receiver](const grpc::Status& status) { receiver.end(status); },
             api::SimulationCommand(std::move(save)),
             [response](const auto& s, auto t) {
-              write_receipt(s, t, *response->mutable_receipt());
+              protocols::write_receipt(s, t, *response->mutable_receipt());
             });
       });
 }
@@ -364,115 +326,64 @@ grpc::ServerUnaryReactor* ControlService::ListStates(grpc::CallbackServerContext
                                                      const v1::ListStatesRequest* /*request*/,
                                                      v1::ListStatesResponse* response) {
   if (const auto refused = refusal(*context)) return end(context, *refused);
-  if (const auto saved = source_.latest()->saved_states) {
-    response->set_bytes(saved->bytes);
-    response->set_max_bytes(saved->max_bytes);
-    for (const api::SavedState& state : saved->states) {
-      auto& out = *response->add_states();
-      out.set_name(state.name);
-      out.set_bytes(state.bytes);
-      out.set_step(state.step);
-      protocols::write_message(state.time, *out.mutable_sim_time());
-    }
-  }
+  protocols::write_response(*source_.latest(), *response);
   auto* reactor = context->DefaultReactor();
   reactor->Finish(grpc::Status::OK);
   return reactor;
 }
 
-template <typename Response>
-grpc::ServerUnaryReactor* ControlService::change_scene(grpc::CallbackServerContext* context,
-                                                       api::SceneCommand change, Response* response,
-                                                       const std::string& body) {
-  return command(context, std::move(change), [response, body](const auto& s, auto t) {
-    write_receipt(s, t, *response->mutable_receipt());
-    if constexpr (requires { response->mutable_body(); }) {
-      const auto& bodies = s.cell->bodies;
-      const auto found = std::ranges::find(bodies, body, &api::BodyDescription::name);
-      const auto index = static_cast<std::size_t>(found - bodies.begin());
-      if (index >= s.bodies.size()) return;
-      protocols::write_message(s.bodies[index], *found, *response->mutable_body());
-    }
-  });
-}
-
 grpc::ServerUnaryReactor* ControlService::SpawnBody(grpc::CallbackServerContext* context,
                                                     const v1::SpawnBodyRequest* request,
                                                     v1::SpawnBodyResponse* response) {
-  return change_scene(context, protocols::to_command(*request), response, request->name());
+  return command(context, *request, *response);
 }
 
 grpc::ServerUnaryReactor* ControlService::MoveBody(grpc::CallbackServerContext* context,
                                                    const v1::MoveBodyRequest* request,
                                                    v1::MoveBodyResponse* response) {
-  return change_scene(context, protocols::to_command(*request), response, request->name());
+  return command(context, *request, *response);
 }
 
 grpc::ServerUnaryReactor* ControlService::RemoveBody(grpc::CallbackServerContext* context,
                                                      const v1::RemoveBodyRequest* request,
                                                      v1::RemoveBodyResponse* response) {
-  return change_scene(context, protocols::to_command(*request), response);
+  return command(context, *request, *response);
 }
 
 grpc::ServerUnaryReactor* ControlService::SetSceneValue(grpc::CallbackServerContext* context,
                                                         const v1::SetSceneValueRequest* request,
                                                         v1::SetSceneValueResponse* response) {
-  return change_scene(context, protocols::to_command(*request), response);
+  return command(context, *request, *response);
 }
 
 grpc::ServerUnaryReactor* ControlService::SetConveyor(grpc::CallbackServerContext* context,
                                                       const v1::SetConveyorRequest* request,
                                                       v1::SetConveyorResponse* response) {
-  const auto conveyor = protocols::to_command(*request, *source_.latest()->cell);
-  if (!conveyor) return refuse(context, conveyor.error());
-  return command(context, *conveyor, [response](const auto& s, auto t) {
-    write_receipt(s, t, *response->mutable_receipt());
-    protocols::write_message(s.conveyor, s.cell->conveyor, *response->mutable_conveyor());
-  });
+  return command(context, *request, *response);
 }
 
 grpc::ServerUnaryReactor* ControlService::SetIntruder(grpc::CallbackServerContext* context,
                                                       const v1::SetIntruderRequest* request,
                                                       v1::SetIntruderResponse* response) {
-  const auto intruder = protocols::to_command(*request);
-  if (!intruder) return refuse(context, intruder.error());
-  return command(context, *intruder, [response](const auto& s, auto t) {
-    write_receipt(s, t, *response->mutable_receipt());
-    if (s.cell->light_curtain) {
-      protocols::write_message(s.light_curtain, *s.cell->light_curtain,
-                               *response->mutable_light_curtain());
-    }
-  });
+  return command(context, *request, *response);
 }
 
 grpc::ServerUnaryReactor* ControlService::InjectFault(grpc::CallbackServerContext* context,
                                                       const v1::InjectFaultRequest* request,
                                                       v1::InjectFaultResponse* response) {
-  const auto fault = protocols::to_command(*request);
-  if (!fault) return refuse(context, fault.error());
-  return command(context, api::FaultCommand(*fault), [response](const auto& s, auto t) {
-    write_receipt(s, t, *response->mutable_receipt());
-    if (!s.faults) return;
-    const auto& all = s.faults->all;
-    const auto found = std::ranges::find(all, t, &api::InjectedFault::ticket);
-    if (found != all.end()) protocols::write_message(*found, *response->mutable_fault());
-  });
+  return command(context, *request, *response);
 }
 
 grpc::ServerUnaryReactor* ControlService::EndFault(grpc::CallbackServerContext* context,
                                                    const v1::EndFaultRequest* request,
                                                    v1::EndFaultResponse* response) {
-  return command(
-      context, api::FaultCommand(api::EndFault{request->id()}),
-      [response](const auto& s, auto t) { write_receipt(s, t, *response->mutable_receipt()); });
+  return command(context, *request, *response);
 }
 
 grpc::ServerUnaryReactor* ControlService::ReportEvent(grpc::CallbackServerContext* context,
                                                       const v1::ReportEventRequest* request,
                                                       v1::ReportEventResponse* response) {
-  return command(
-      context, api::FaultCommand(api::ReportEvent{request->event()}),
-      [response](const auto& s, auto t) { write_receipt(s, t, *response->mutable_receipt()); });
+  return command(context, *request, *response);
 }
 
 grpc::ServerUnaryReactor* ControlService::ListFaultKinds(

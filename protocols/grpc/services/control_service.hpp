@@ -9,7 +9,8 @@
 #include "protocols/grpc/calls/command_waiter.hpp"
 #include "protocols/grpc/calls/telemetry_options.hpp"
 #include "protocols/grpc/calls/transfer_budget.hpp"
-#include "protocols/grpc/streams/snapshot_view.hpp"
+#include "protocols/messages/control_request.hpp"
+#include "protocols/messages/snapshot_view.hpp"
 
 namespace aprsim::grpc_server {
 
@@ -89,34 +90,31 @@ class ControlService final : public v1::ControlService::CallbackService {
                                            const v1::ListFaultKindsRequest* request,
                                            v1::ListFaultKindsResponse* response) override;
 
-  using Body = decltype(api::Command::body);
   using Fill = std::function<void(const api::Snapshot&, api::Ticket)>;
   using Finish = std::function<void(const grpc::Status&)>;
   /// Submits the command and finishes once it has taken effect, after `fill` if it succeeded.
-  void carry_out(grpc::CallbackServerContext* context, const Finish& finish, Body body, Fill fill);
+  void carry_out(grpc::CallbackServerContext* context, const Finish& finish,
+                 protocols::CommandBody body, Fill fill);
 
  private:
   static grpc::ServerUnaryReactor* refuse(grpc::CallbackServerContext* context, const Error& error);
   static grpc::ServerUnaryReactor* end(grpc::CallbackServerContext* context,
                                        const grpc::Status& status);
-  /// Submits the command and replies with `fill` once it has taken effect.
-  grpc::ServerUnaryReactor* command(grpc::CallbackServerContext* context, Body body, Fill fill);
+  /// Submits the request's command and replies once it has taken effect.
+  template <typename Request, typename Response>
+  grpc::ServerUnaryReactor* command(grpc::CallbackServerContext* context, const Request& request,
+                                    Response& response);
   /// Lets virtual time pass for the caller that paces it.
   grpc::ServerUnaryReactor* pass_time(grpc::CallbackServerContext* context, std::uint64_t steps,
-                                      const std::optional<SnapshotView>& wanted,
+                                      const std::optional<protocols::SnapshotView>& wanted,
                                       v1::StepResponse* response);
   /// Writes the wanted part of the snapshot.
   template <typename Response>
-  void write_wanted(const api::Snapshot& snapshot, const std::optional<SnapshotView>& wanted,
-                    Response& response) const;
-  /// Changes the scene; the response has the body of this name, if it has a field for one.
-  template <typename Response>
-  grpc::ServerUnaryReactor* change_scene(grpc::CallbackServerContext* context,
-                                         api::SceneCommand change, Response* response,
-                                         const std::string& body = "");
+  void write_wanted(const api::Snapshot& snapshot,
+                    const std::optional<protocols::SnapshotView>& wanted, Response& response) const;
   /// Status and response of a run that has ended.
   grpc::Status finish_run(const api::RunEnd& end, const api::Snapshot& snapshot,
-                          const std::optional<SnapshotView>& wanted,
+                          const std::optional<protocols::SnapshotView>& wanted,
                           v1::RunUntilResponse& response) const;
   /// The client's deadline, or this span from now.
   [[nodiscard]] static std::chrono::steady_clock::time_point deadline(

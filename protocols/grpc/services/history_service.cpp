@@ -5,10 +5,10 @@
 #include <memory>
 #include <utility>
 
-#include "protocols/grpc/calls/field_mask.hpp"
-#include "protocols/grpc/calls/receipt.hpp"
 #include "protocols/grpc/calls/rpc_status.hpp"
+#include "protocols/messages/control_response.hpp"
 #include "protocols/messages/history_message.hpp"
+#include "protocols/messages/snapshot_mask.hpp"
 #include "protocols/messages/write_message.hpp"
 
 namespace aprsim::grpc_server {
@@ -39,7 +39,7 @@ class PastStream final : public grpc::ServerWriteReactor<v1::StreamPastResponse>
  public:
   explicit PastStream(const grpc::Status& refusal) { Finish(refusal); }
   PastStream(api::History& history, std::atomic<int>& streams, const v1::StreamPastRequest& request,
-             SnapshotMask mask, std::string instance_id)
+             protocols::SnapshotMask mask, std::string instance_id)
       : history_(&history),
         streams_(&streams),
         next_(protocols::to_moment(request.begin())),
@@ -76,7 +76,7 @@ class PastStream final : public grpc::ServerWriteReactor<v1::StreamPastResponse>
   std::atomic<int>* streams_ = nullptr;
   api::Moment next_;
   std::uint64_t end_step_ = 0, stride_ = 1;
-  std::optional<SnapshotMask> mask_;
+  std::optional<protocols::SnapshotMask> mask_;
   std::string instance_id_;
   std::atomic<bool> cancelled_{false};
   v1::StreamPastResponse response_;
@@ -98,7 +98,7 @@ grpc::ServerUnaryReactor* HistoryService::GetPastSnapshot(grpc::CallbackServerCo
                                                           v1::GetPastSnapshotResponse* response) {
   if (const auto refused = control_.refusal(*context)) return end(context, *refused);
   if (options_.history == nullptr) return end(context, no_history());
-  auto mask = SnapshotMask::parse(request->read_mask());
+  auto mask = protocols::SnapshotMask::parse(request->read_mask());
   if (!mask) return end(context, rpc_status(mask.error()));
   auto* reactor = context->DefaultReactor();
   options_.history->ask(
@@ -117,7 +117,7 @@ grpc::ServerWriteReactor<v1::StreamPastResponse>* HistoryService::StreamPast(
     grpc::CallbackServerContext* context, const v1::StreamPastRequest* request) {
   if (const auto refused = control_.refusal(*context)) return new PastStream(*refused);
   if (options_.history == nullptr) return new PastStream(no_history());
-  auto mask = SnapshotMask::parse(request->read_mask());
+  auto mask = protocols::SnapshotMask::parse(request->read_mask());
   if (!mask) return new PastStream(rpc_status(mask.error()));
   if (request->end_step() < request->begin().step()) {
     return new PastStream(
@@ -178,7 +178,9 @@ grpc::ServerUnaryReactor* HistoryService::ResumeFrom(grpc::CallbackServerContext
     control_.carry_out(
         context, [reactor](const grpc::Status& status) { reactor->Finish(status); },
         api::SimulationCommand(protocols::resumption(moment, *past)),
-        [response](const auto& s, auto t) { write_receipt(s, t, *response->mutable_receipt()); });
+        [response](const auto& s, auto t) {
+          protocols::write_receipt(s, t, *response->mutable_receipt());
+        });
   });
   return reactor;
 }

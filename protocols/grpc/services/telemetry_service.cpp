@@ -9,6 +9,7 @@
 
 #include "protocols/grpc/calls/rpc_status.hpp"
 #include "protocols/grpc/streams/snapshot_stream.hpp"
+#include "protocols/messages/control_response.hpp"
 #include "protocols/messages/write_message.hpp"
 
 namespace aprsim::grpc_server {
@@ -63,7 +64,8 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* TelemetryService::StreamSnapshots(
   }
   const auto rate_hz = rate(request);
   if (!rate_hz) return new Refused(rpc_status(rate_hz.error()));
-  auto view = SnapshotView::parse(request.read_mask(), request.entities(), *source_.latest()->cell);
+  auto view = protocols::SnapshotView::parse(request.read_mask(), request.entities(),
+                                             *source_.latest()->cell);
   if (!view) return new Refused(rpc_status(view.error()));
   auto stream = std::make_shared<SnapshotStream>(
       *context, hub_, views_.share(*std::move(view)), *rate_hz,
@@ -123,12 +125,12 @@ grpc::ServerUnaryReactor* TelemetryService::GetSnapshot(grpc::CallbackServerCont
     return reactor;
   }
   const api::SnapshotPtr snapshot = source_.latest();
-  const auto view = SnapshotView::parse(request->read_mask(), request->entities(), *snapshot->cell);
-  if (!view) {
-    reactor->Finish(rpc_status(view.error()));
+  const auto written =
+      protocols::write_response(*snapshot, *request, options_.instance_id, *response);
+  if (!written) {
+    reactor->Finish(rpc_status(written.error()));
     return reactor;
   }
-  view->write(*snapshot, options_.instance_id, *response->mutable_snapshot());
   response->set_problem(source_.problem());
   reactor->Finish(grpc::Status::OK);
   return reactor;
@@ -142,10 +144,7 @@ grpc::ServerUnaryReactor* TelemetryService::GetCell(grpc::CallbackServerContext*
     reactor->Finish(*refused);
     return reactor;
   }
-  const api::SnapshotPtr snapshot = source_.latest();
-  protocols::write_message(*snapshot->cell, *response->mutable_cell());
-  response->set_epoch(snapshot->epoch);
-  response->set_revision(snapshot->cell->revision);
+  protocols::write_response(*source_.latest(), *response);
   reactor->Finish(grpc::Status::OK);
   return reactor;
 }
@@ -158,10 +157,7 @@ grpc::ServerUnaryReactor* TelemetryService::GetScene(grpc::CallbackServerContext
     reactor->Finish(*refused);
     return reactor;
   }
-  const auto cell = source_.latest()->cell;
-  response->set_name(cell->scene);
-  if (cell->scene_text) response->set_text(*cell->scene_text);
-  response->set_revision(cell->revision);
+  protocols::write_response(*source_.latest(), *response);
   reactor->Finish(grpc::Status::OK);
   return reactor;
 }

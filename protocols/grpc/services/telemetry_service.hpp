@@ -4,7 +4,7 @@
 #include "protocols/grpc/calls/call_gate.hpp"
 #include "protocols/grpc/calls/telemetry_options.hpp"
 #include "protocols/grpc/streams/event_stream.hpp"
-#include "protocols/grpc/streams/snapshot_view.hpp"
+#include "protocols/grpc/streams/shared_view.hpp"
 #include "protocols/grpc/streams/stream_hub.hpp"
 
 namespace aprsim::grpc_server {

@@ -12,7 +12,7 @@
 #include <grpcpp/support/server_callback.h>
 
 #include "aprsim/v1/telemetry_service.pb.h"
-#include "protocols/grpc/streams/snapshot_view.hpp"
+#include "protocols/grpc/streams/shared_view.hpp"
 #include "world/api/snapshot/snapshot.hpp"
 
 namespace aprsim::grpc_server {

@@ -14,23 +14,13 @@
 namespace aprsim::web {
 namespace {
 
-using Body = decltype(api::Command::body);
+using Body = protocols::CommandBody;
 using Bodies = Result<std::vector<Body>>;
 
 Bodies one(Body body) { return std::vector<Body>{std::move(body)}; }
 
-template <typename Command>
-Bodies one_of(const Result<Command>& command) {
-  if (!command) return tl::unexpected(command.error());
-  constexpr bool of_the_cell =
-      std::is_same_v<Command, api::ConveyorCommand> || std::is_same_v<Command, api::SetIntruder>;
-  if constexpr (of_the_cell) {
-    return one(*command);
-  } else if constexpr (std::is_same_v<Command, api::InjectFault>) {
-    return one(api::FaultCommand(*command));
-  } else {
-    return one(api::SimulationCommand(*command));
-  }
+Bodies one_of(Result<Body> command) {
+  return std::move(command).map([](Body body) { return std::vector<Body>{std::move(body)}; });
 }
 
 Result<Pose> pose_of(const v1::Pose& message) {
@@ -122,36 +112,38 @@ std::vector<Body> stop_cell(const api::CellDescription& cell) {
 std::optional<Bodies> commands_of(const v1::ViewerRequest& request, const api::Snapshot& snapshot) {
   switch (request.body_case()) {
     case v1::ViewerRequest::kPause:
-      return one(api::SimulationCommand(api::Pause{}));
+      return one_of(protocols::command_of(request.pause(), snapshot));
     case v1::ViewerRequest::kResume:
-      return one_of(protocols::to_command(request.resume(), snapshot));
+      return one_of(protocols::command_of(request.resume(), snapshot));
     case v1::ViewerRequest::kStep:
       if (!snapshot.paused) {
         return fail(ErrorCode::kFailedPrecondition, "step",
                     "the cell is running; pause it before stepping");
       }
-      return one_of(protocols::to_command(request.step()));
+      return one_of(protocols::to_command(request.step()).map([](api::StepBy step) -> Body {
+        return api::SimulationCommand(step);
+      }));
     case v1::ViewerRequest::kSetSpeed:
-      return one_of(protocols::to_command(request.set_speed()));
+      return one_of(protocols::command_of(request.set_speed(), snapshot));
     case v1::ViewerRequest::kReset: {
       api::Reset reset;
       if (request.reset().has_seed()) reset.seed = request.reset().seed();
       return one(api::SimulationCommand(reset));
     }
     case v1::ViewerRequest::kSaveState:
-      return one_of(protocols::to_command(request.save_state(), snapshot));
+      return one_of(protocols::command_of(request.save_state(), snapshot));
     case v1::ViewerRequest::kLoadState:
-      return one_of(protocols::to_command(request.load_state(), snapshot));
+      return one_of(protocols::command_of(request.load_state(), snapshot));
     case v1::ViewerRequest::kConveyor:
-      return one_of(protocols::to_command(request.conveyor(), *snapshot.cell));
+      return one_of(protocols::command_of(request.conveyor(), snapshot));
     case v1::ViewerRequest::kIntruder:
-      return one_of(protocols::to_command(request.intruder()));
+      return one_of(protocols::command_of(request.intruder(), snapshot));
     case v1::ViewerRequest::kInjectFault:
-      return one_of(protocols::to_command(request.inject_fault()));
+      return one_of(protocols::command_of(request.inject_fault(), snapshot));
     case v1::ViewerRequest::kEndFault:
-      return one(api::FaultCommand(api::EndFault{request.end_fault().id()}));
+      return one_of(protocols::command_of(request.end_fault(), snapshot));
     case v1::ViewerRequest::kReportEvent:
-      return one(api::FaultCommand(api::ReportEvent{request.report_event().event()}));
+      return one_of(protocols::command_of(request.report_event(), snapshot));
     case v1::ViewerRequest::kStopCell:
       return stop_cell(*snapshot.cell);
     case v1::ViewerRequest::kRobot:

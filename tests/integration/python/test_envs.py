@@ -134,7 +134,7 @@ class Policy(unittest.TestCase):
 
 class Own(unittest.TestCase):
     def test_runs_and_ends_a_daemon_of_its_own(self):
-        env = PickEnv()
+        env = PickEnv(in_process=False)
         daemon = env._daemon.process
         env.reset(seed=1)
         env.close()

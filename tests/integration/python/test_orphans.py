@@ -135,7 +135,7 @@ class Daemons(WithPrograms):
                     from aprsim.envs import PickEnv
 
                     def work(pipe):
-                        env = PickEnv()
+                        env = PickEnv(in_process=False)
                         env.reset(seed=1)
                         pipe.send(env._daemon.process.pid)
                         signal.pause()

@@ -57,11 +57,16 @@ class Vector(unittest.TestCase):
     def test_threads_have_the_same_bits(self):
         threaded, trace = self.run_one("threaded")
         self.assertEqual([cut for _, _, cut, _ in trace[1:]], [[False] * 2] * 2 + [[True] * 2, [False] * 2])
-        _, same = self.run_one("sync")
+        vector, same = self.run_one("sync")
         self.assertEqual(same, trace)
         self.assertNotEqual(*trace[0][1], "each environment has a seed of its own")
-        daemons = [env._daemon.process for env in threaded.envs]
-        threaded.close()
+        for envs in (threaded, vector):
+            envs.close()
+
+    def test_daemons_end_with_the_environments(self):
+        vector = make_vec("aprsim/Push-v0", 2, vectorization_mode="threaded", in_process=False)
+        daemons = [env._daemon.process for env in vector.envs]
+        vector.close()
         self.assertTrue(all(daemon.poll() is not None for daemon in daemons))
 
 

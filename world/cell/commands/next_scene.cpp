@@ -76,6 +76,16 @@ Result<std::shared_ptr<const api::NextScene>> read_next_scene(const api::Reset& 
   return std::make_shared<const ReadScene>(*std::move(scene), *std::move(text));
 }
 
+Result<void> add_next_scene(api::Command& command, const scene::Scene& present) {
+  auto* simulation = std::get_if<api::SimulationCommand>(&command.body);
+  auto* reset = simulation != nullptr ? std::get_if<api::Reset>(simulation) : nullptr;
+  if (reset == nullptr || (reset->scene_name.empty() && reset->scene_text.empty())) return {};
+  auto next = read_next_scene(*reset, present);
+  if (!next) return tl::unexpected(std::move(next.error()));
+  reset->next = *std::move(next);
+  return {};
+}
+
 std::shared_ptr<const scene::Scene> scene_of(const api::NextScene& next) {
   return dynamic_cast<const ReadScene&>(next).scene();
 }

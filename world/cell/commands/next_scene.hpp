@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "world/api/commands/simulation_command.hpp"
+#include "world/api/commands/command.hpp"
 #include "world/base/result.hpp"
 #include "world/scene/model/scene.hpp"
 
@@ -14,6 +14,10 @@ namespace aprsim::world {
 /// which the scene cannot be used. Thread: any.
 [[nodiscard]] Result<std::shared_ptr<const api::NextScene>> read_next_scene(
     const api::Reset& reset, const scene::Scene& present);
+
+/// Reads the scene of a command that resets to another one, and keeps it there. Other commands
+/// are left as they are. Errors: as of read_next_scene(). Thread: any.
+[[nodiscard]] Result<void> add_next_scene(api::Command& command, const scene::Scene& present);
 
 /// The scene that read_next_scene() has read.
 [[nodiscard]] std::shared_ptr<const scene::Scene> scene_of(const api::NextScene& next);

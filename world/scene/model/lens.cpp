@@ -33,7 +33,7 @@ Eigen::Vector2d Lens::pixel(const Eigen::Vector2d& direction) const {
 
 std::optional<Eigen::Vector2d> Lens::direction(const Eigen::Vector2d& pixel) const {
   constexpr int kIterations = 50;
-  constexpr double kTolerance = 1e-13;
+  constexpr double kConverged = 1e-13;
   const Eigen::Vector2d distorted = (pixel - centre_px).cwiseQuotient(focal_px);
   Eigen::Vector2d u = distorted;
   for (int i = 0; i < kIterations; ++i) {
@@ -43,7 +43,7 @@ std::optional<Eigen::Vector2d> Lens::direction(const Eigen::Vector2d& pixel) con
     const Eigen::Vector2d step = now.slope.inverse() * (distorted - now.at);
     u += step;
     if (!u.allFinite()) return std::nullopt;
-    if (step.squaredNorm() < kTolerance * kTolerance) return u;
+    if (step.squaredNorm() < kConverged * kConverged) return u;
   }
   return std::nullopt;
 }

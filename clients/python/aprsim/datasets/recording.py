@@ -60,7 +60,7 @@ def record(
 
 
 def make_cell_env(name: str, env_kwargs: dict[str, Any]) -> CellEnv:
-    """An environment with a daemon of its own. BadArgument for one without a cell."""
+    """An environment with a cell of its own. BadArgument for one without a cell."""
     if "cell" in env_kwargs:
         raise BadArgument("cell: a data set needs an environment with a cell of its own")
     made = make(name, **env_kwargs)

@@ -15,6 +15,7 @@ from ..daemon import Daemon
 from ..errors import AprsimError, BadArgument, TimedOut, Unreachable
 from ..poses import Array
 from ..robot import Robot
+from ..world import World
 from .actions import FIELDS, actions_named
 from .arm import Arm
 from .spaces import Box, Env, Image, Vector
@@ -31,8 +32,8 @@ class CellEnv(Env):
     (`_prepare`), its value (`_potential`), its ends (`_is_done`, `_is_lost`) and its observation
     (`_values`).
 
-    Without a cell the environment starts a daemon of its own, which ends with `close` or with this
-    process. A cell that is given is paused and belongs to the environment until `close`. Errors are
+    Without a cell the environment has one of its own, which ends with `close` or with this process: in
+    this process (`World`), or where pictures are wanted, in a daemon. A cell that is given is paused and belongs to the environment until `close`. Errors are
     those of the cell, and BadArgument. Thread: one at a time."""
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 10}
@@ -58,8 +59,9 @@ class CellEnv(Env):
         image_scale: int = 4,
         action: str = "pose",
         rate_hz: float | None = None,
+        in_process: bool | None = None,
     ) -> None:
-        """`scene` is for a daemon of its own. An episode is truncated after `max_steps`; None = never.
+        """`scene` is for a cell of its own; `in_process` chooses where that is, with the same bits. An episode is truncated after `max_steps`; None = never.
         `render_mode` may be "rgb_array", for pictures by `camera`; by default the one over the robot, else
         the first of the scene. `observation` is "state", the numbers of `observation_names`, or "rgb", a
         picture by `camera` whose sides are divided by `image_scale`; then `info["state"]` has the numbers.
@@ -76,9 +78,11 @@ class CellEnv(Env):
         self.max_steps = max_steps
         self._kept: list[str] = []
         self._owned = cell is None
-        self._daemon = None if cell is not None else Daemon(scene=scene, speed="stepped")
+        self._daemon: Daemon | None = None
+        needs_pictures = render_mode is not None or observation == "rgb"
+        in_process = not needs_pictures if in_process is None else in_process
         try:
-            self.cell = cell or Cell.connect(self._daemon.ports_file if self._daemon else None)
+            self.cell = cell or self._open_cell(scene, arguments.truth("in_process", in_process))
             if not self.cell.paused:
                 self.cell.pause()
             self._actions = actions_named(action, self.cell, rate_hz)
@@ -88,6 +92,12 @@ class CellEnv(Env):
         except BaseException:
             self.close()
             raise
+
+    def _open_cell(self, scene: str, in_process: bool) -> Cell:
+        if in_process:
+            return World(scene)
+        self._daemon = Daemon(scene=scene, speed="stepped")
+        return Cell.connect(self._daemon.ports_file)
 
     # -- Gymnasium ----------------------------------------------------------------------------
 

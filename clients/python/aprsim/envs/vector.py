@@ -22,7 +22,7 @@ Steps = tuple[
 
 class SyncVectorEnv(VectorBase):
     """Any number of environments with equal spaces of boxes, one after another. Each that `make_vec` makes
-    has a daemon of its own. Thread: one at a time."""
+    has a cell of its own. Thread: one at a time."""
 
     def __init__(
         self,

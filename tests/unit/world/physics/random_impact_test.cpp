@@ -31,7 +31,7 @@ TEST(RandomImpact, OfTraysWithOutlinesDoesSoToo) { expect_invariants_of_many({.o
 TEST(RandomImpact, WherePartsJamInEachOtherDoesSoToo) {
   // In one in ten thousand impacts a disc gets so far into another one within a step that contacts
   // contradict each other.
-  for (const std::uint64_t seed : {13716, 28105, 105196, 185321, 804261, 899115}) {
+  for (const std::uint64_t seed : {13716U, 28105U, 105196U, 185321U, 804261U, 899115U}) {
     EXPECT_TRUE(expect_invariants(seed, {})) << "seed " << seed;
   }
 }

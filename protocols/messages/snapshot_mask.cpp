@@ -1,10 +1,10 @@
-#include "protocols/grpc/calls/field_mask.hpp"
+#include "protocols/messages/snapshot_mask.hpp"
 
 #include <algorithm>
 #include <string_view>
 #include <utility>
 
-namespace aprsim::grpc_server {
+namespace aprsim::protocols {
 namespace {
 
 constexpr std::size_t kMostShown = 128;  // of a path, in an error
@@ -87,4 +87,4 @@ void SnapshotMask::write_key(const std::vector<Node>& wanted, std::string& out) 
   }
 }
 
-}  // namespace aprsim::grpc_server
+}  // namespace aprsim::protocols

@@ -1,11 +1,9 @@
-#include "protocols/grpc/streams/snapshot_view.hpp"
+#include "protocols/messages/snapshot_view.hpp"
 
 #include <algorithm>
 #include <utility>
 
-#include <google/protobuf/arena.h>
-
-namespace aprsim::grpc_server {
+namespace aprsim::protocols {
 namespace {
 
 template <typename Things>
@@ -41,15 +39,15 @@ Result<SnapshotView> SnapshotView::parse(const google::protobuf::FieldMask& mask
 
 void SnapshotView::write(const api::Snapshot& snapshot, const std::string& instance_id,
                          v1::Snapshot& message) const {
-  protocols::SnapshotParts parts{.without = without_};
-  protocols::SnapshotParts::Entities entities;
+  SnapshotParts parts{.without = without_};
+  SnapshotParts::Entities entities;
   if (!names_.empty()) {
     const api::CellDescription& cell = *snapshot.cell;
     entities = {chosen(cell.robots, names_), chosen(cell.bodies, names_),
                 chosen(cell.tools, names_)};
     parts.entities = &entities;
   }
-  protocols::write_message(snapshot, instance_id, message, parts);
+  write_message(snapshot, instance_id, message, parts);
   mask_.trim(message);
 }
 
@@ -59,28 +57,4 @@ std::string SnapshotView::key() const {
   return key;
 }
 
-grpc::Slice SharedView::encode(const api::SnapshotPtr& snapshot) {
-  const std::lock_guard lock(mutex_);
-  if (snapshot == latest_) return encoded_;
-  google::protobuf::Arena arena;
-  auto& message = *google::protobuf::Arena::CreateMessage<v1::Snapshot>(&arena);
-  view_.write(*snapshot, instance_id_, message);
-  encoded_ = grpc::Slice(message.SerializeAsString());
-  latest_ = snapshot;
-  return encoded_;
-}
-
-std::shared_ptr<SharedView> SharedViews::share(SnapshotView view) {
-  std::string key = view.key();
-  const std::lock_guard lock(mutex_);
-  std::erase_if(all_, [](const auto& entry) { return entry.second.expired(); });
-  auto& kept = all_[std::move(key)];
-  auto shared = kept.lock();
-  if (!shared) {
-    shared = std::make_shared<SharedView>(std::move(view), instance_id_);
-    kept = shared;
-  }
-  return shared;
-}
-
-}  // namespace aprsim::grpc_server
+}  // namespace aprsim::protocols

@@ -8,7 +8,7 @@
 #include "aprsim/v1/snapshot.pb.h"
 #include "world/base/result.hpp"
 
-namespace aprsim::grpc_server {
+namespace aprsim::protocols {
 
 /// The part of a Snapshot message that a client asked for, as paths of fields: a path through a
 /// repeated field holds for all of its messages, as "robots.joints.position_rad".
@@ -36,4 +36,4 @@ class SnapshotMask {
   std::vector<Node> wanted_;  // empty = all
 };
 
-}  // namespace aprsim::grpc_server
+}  // namespace aprsim::protocols
