@@ -78,6 +78,7 @@ void ArmLinks::restore(const State& state) {
 
 /// Geoms and bounds at the poses of now.
 void ArmLinks::update_shapes() {
+  ++placement_;
   bool first = true;
   for (auto& shape : shapes_) {
     shape.X_WS = X_WL(shape.link) * shape.X_LS;

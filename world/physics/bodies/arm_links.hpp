@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -62,6 +63,8 @@ class ArmLinks {
   /// Shapes of all links but the base.
   [[nodiscard]] std::span<const ArmShape> shapes() const { return shapes_; }
   [[nodiscard]] const Aabb& bounds() const { return bounds_; }  ///< of all shapes
+  /// Number of the shapes' present placement: while it stays, they have not moved.
+  [[nodiscard]] std::uint64_t placement() const { return placement_; }
   [[nodiscard]] RigidBody& body(int link) { return bodies_[static_cast<std::size_t>(link)]; }
   /// Sets a link's body to its pose at the start of the step, with the velocity of the step.
   void place_link(int link, double step_s);
@@ -73,6 +76,7 @@ class ArmLinks {
   std::vector<RigidBody> bodies_;
   std::vector<ArmShape> shapes_;
   Aabb bounds_;
+  std::uint64_t placement_ = 0;
 };
 
 /// Links of one arm collide with each other only if they are so many links apart.

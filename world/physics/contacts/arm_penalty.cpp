@@ -38,26 +38,22 @@ ArmPenalty::ArmPenalty(PhysicsModel& model) : model_(model) {
     fixed_geoms_.back().set_pose(shape.X_WS);
   }
   // Neighbouring links overlap by construction of the model; a penalty between them would be a
-  // constant force.
-  // Pairs of shapes that overlap at the start.
+  // constant force. Pairs of shapes that overlap at the start are left out.
   const int robots = static_cast<int>(model.arms.size());
-  const auto overlap = [this](const OdeGeom& a, const OdeGeom& b) {
-    found_.clear();
-    collide_geoms(a, b, kGround, kGround, SurfacePair::kRobotAny, found_);
-    return !found_.empty();
-  };
   for (int r = 0; r < robots; ++r) {
-    auto& exempt = exempt_fixed_.emplace_back();
-    for (int s = 0; s < shape_count(model.arms[static_cast<std::size_t>(r)]); ++s) {
-      for (const auto& geom : fixed_geoms_) {
-        exempt.push_back(overlap(shape(r, s).geom, geom) ? 1 : 0);
+    const int shapes = shape_count(model.arms[static_cast<std::size_t>(r)]);
+    auto& on_fixed = on_fixed_.emplace_back();
+    for (int s = 0; s < shapes; ++s) {
+      for (std::size_t f = 0; f < fixed_geoms_.size(); ++f) {
+        if (!overlap(shape(r, s).geom, fixed_geoms_[f])) on_fixed.shapes.push_back({s, f});
       }
     }
     for (int q = r; q < robots; ++q) {
-      for (int s = 0; s < shape_count(model.arms[static_cast<std::size_t>(r)]); ++s) {
+      auto& arms = pairs_.emplace_back(ArmPair{r, q});
+      for (int s = 0; s < shapes; ++s) {
         for (int t = 0; t < shape_count(model.arms[static_cast<std::size_t>(q)]); ++t) {
-          if (may_touch(r, s, q, t) && overlap(shape(r, s).geom, shape(q, t).geom)) {
-            exempt_links_.push_back({r, s, q, t});
+          if (may_meet(r, s, q, t) && !overlap(shape(r, s).geom, shape(q, t).geom)) {
+            arms.shapes.push_back({s, t});
           }
         }
       }
@@ -65,27 +61,30 @@ ArmPenalty::ArmPenalty(PhysicsModel& model) : model_(model) {
   }
 }
 
+bool ArmPenalty::overlap(const OdeGeom& a, const OdeGeom& b) {
+  found_.clear();
+  collide_geoms(a, b, kGround, kGround, SurfacePair::kRobotAny, found_);
+  return !found_.empty();
+}
+
 const ArmShape& ArmPenalty::shape(int robot, int index) const {
   return model_.arms[static_cast<std::size_t>(robot)].shapes()[static_cast<std::size_t>(index)];
 }
 
 /// Links of one arm only where it checks itself and they are some links apart.
-bool ArmPenalty::may_touch(int robot_a, int shape_a, int robot_b, int shape_b) const {
-  if (robot_a == robot_b) {
-    if (!model_.scene.robots[static_cast<std::size_t>(robot_a)].self_collision) return false;
-    // Joint limits keep near links apart; only distant ones can meet.
-    const int distance = shape(robot_b, shape_b).link - shape(robot_a, shape_a).link;
-    if (distance < kSelfCollisionDistance) return false;
-  }
-  const LinkPair pair{robot_a, shape_a, robot_b, shape_b};
-  return std::find(exempt_links_.begin(), exempt_links_.end(), pair) == exempt_links_.end();
+bool ArmPenalty::may_meet(int robot_a, int shape_a, int robot_b, int shape_b) const {
+  if (robot_a != robot_b) return true;
+  if (!model_.scene.robots[static_cast<std::size_t>(robot_a)].self_collision) return false;
+  // Joint limits keep near links apart; only distant ones can meet.
+  return shape(robot_b, shape_b).link - shape(robot_a, shape_a).link >= kSelfCollisionDistance;
 }
 
 void ArmPenalty::find(std::vector<std::vector<ArmForce>>& forces) {
   const int robots = static_cast<int>(model_.arms.size());
+  auto pair = pairs_.begin();
   for (int r = 0; r < robots; ++r) {
     on_fixed(r, forces);
-    for (int q = r; q < robots; ++q) on_other(r, q, forces);
+    for (int q = r; q < robots; ++q) on_other(*pair++, forces);
   }
 }
 
@@ -93,64 +92,66 @@ void ArmPenalty::find(std::vector<std::vector<ArmForce>>& forces) {
 void ArmPenalty::on_fixed(int robot, std::vector<std::vector<ArmForce>>& forces) {
   const auto r = static_cast<std::size_t>(robot);
   const auto& arm = model_.arms[r];
-  for (int s = 0; s < shape_count(arm); ++s) {
+  ArmOnFixed& known = on_fixed_[r];
+  if (known.apart == arm.placement()) return;
+  known.apart = arm.placement();
+  for (const auto& [s, f] : known.shapes) {
     const auto& link = shape(robot, s);
-    for (std::size_t f = 0; f < fixed_geoms_.size(); ++f) {
-      const auto& fixed = model_.fixed.shapes[f];
-      // The exemption is tested before the collision, which is the expensive part.
-      const std::size_t key = static_cast<std::size_t>(s) * fixed_geoms_.size() + f;
-      if (!link.bounds.meets(fixed.bounds) || exempt_fixed_[r][key]) continue;
-      found_.clear();
-      collide_geoms(link.geom, fixed_geoms_[f], kGround, kGround, SurfacePair::kRobotAny, found_);
-      for (const auto& point : found_) {
-        // The arm's motion of the last step: the force acts on the joints in the next one.
-        const Eigen::Vector3d v = arm.last_velocity(link.link, point.p_W, model_.step_s);
-        const Eigen::Vector3d force = contact_force(point, v, model_, found_.size());
-        forces[r].push_back({.link = link.link,
-                             .p_W = point.p_W,
-                             .f_W = force,
-                             .partner = {api::ContactSide::Kind::kFixed, static_cast<int>(f)},
-                             .penalty = true});
-      }
+    if (!link.bounds.meets(model_.fixed.shapes[f].bounds)) continue;
+    found_.clear();
+    collide_geoms(link.geom, fixed_geoms_[f], kGround, kGround, SurfacePair::kRobotAny, found_);
+    if (!found_.empty()) known.apart = 0;
+    for (const auto& point : found_) {
+      // The arm's motion of the last step: the force acts on the joints in the next one.
+      const Eigen::Vector3d v = arm.last_velocity(link.link, point.p_W, model_.step_s);
+      const Eigen::Vector3d force = contact_force(point, v, model_, found_.size());
+      forces[r].push_back({.link = link.link,
+                           .p_W = point.p_W,
+                           .f_W = force,
+                           .partner = {api::ContactSide::Kind::kFixed, static_cast<int>(f)},
+                           .penalty = true});
     }
   }
 }
 
 /// Equal and opposite forces on both; of one arm with itself too.
-void ArmPenalty::on_other(int robot_a, int robot_b, std::vector<std::vector<ArmForce>>& forces) {
+void ArmPenalty::on_other(ArmPair& arms, std::vector<std::vector<ArmForce>>& forces) {
+  const int robot_a = arms.a, robot_b = arms.b;
   const auto a = static_cast<std::size_t>(robot_a), b = static_cast<std::size_t>(robot_b);
   const auto& arm_a = model_.arms[a];
   const auto& arm_b = model_.arms[b];
+  if (arms.apart_a == arm_a.placement() && arms.apart_b == arm_b.placement()) return;
+  arms.apart_a = arm_a.placement();
+  arms.apart_b = arm_b.placement();
   // Two robots face each other across the belt and rarely come within each other's bounds.
   if (robot_a != robot_b && !arm_a.bounds().meets(arm_b.bounds())) return;
-  for (int s = 0; s < shape_count(arm_a); ++s) {
-    for (int t = 0; t < shape_count(arm_b); ++t) {
-      const auto& one = shape(robot_a, s);
-      const auto& other = shape(robot_b, t);
-      if (!one.bounds.meets(other.bounds) || !may_touch(robot_a, s, robot_b, t)) continue;
-      found_.clear();
-      collide_geoms(one.geom, other.geom, kGround, kGround, SurfacePair::kRobotAny, found_);
-      for (const auto& point : found_) {
-        const Eigen::Vector3d v = arm_a.last_velocity(one.link, point.p_W, model_.step_s) -
-                                  arm_b.last_velocity(other.link, point.p_W, model_.step_s);
-        const Eigen::Vector3d force = contact_force(point, v, model_, found_.size());
-        using enum api::ContactSide::Kind;
-        constexpr int first = api::ContactSide::kFirstLink;
-        forces[a].push_back({one.link,
-                             point.p_W,
-                             force,
-                             {kRobot, robot_b, first + other.link},
-                             other.link,
-                             false,
-                             true});
-        forces[b].push_back({other.link,
-                             point.p_W,
-                             -force,
-                             {kRobot, robot_a, first + one.link},
-                             one.link,
-                             false,
-                             true});
-      }
+  for (const auto& [s, t] : arms.shapes) {
+    const auto& one = shape(robot_a, s);
+    const auto& other = shape(robot_b, t);
+    if (!one.bounds.meets(other.bounds)) continue;
+    found_.clear();
+    collide_geoms(one.geom, other.geom, kGround, kGround, SurfacePair::kRobotAny, found_);
+    if (!found_.empty()) arms.apart_a = 0;
+    for (const auto& point : found_) {
+      const Eigen::Vector3d v = arm_a.last_velocity(one.link, point.p_W, model_.step_s) -
+                                arm_b.last_velocity(other.link, point.p_W, model_.step_s);
+      const Eigen::Vector3d force = contact_force(point, v, model_, found_.size());
+      using enum api::ContactSide::Kind;
+      constexpr int first = api::ContactSide::kFirstLink;
+      forces[a].push_back({one.link,
+                           point.p_W,
+                           force,
+                           {kRobot, robot_b, first + other.link},
+                           other.link,
+                           false,
+                           true});
+      forces[b].push_back({other.link,
+                           point.p_W,
+                           -force,
+                           {kRobot, robot_a, first + one.link},
+                           one.link,
+                           false,
+                           true});
     }
   }
 }

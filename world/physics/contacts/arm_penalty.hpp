@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "world/physics/contacts/arm_force.hpp"
@@ -19,19 +21,35 @@ class ArmPenalty {
   void find(std::vector<std::vector<ArmForce>>& forces);
 
  private:
-  struct LinkPair {
-    int robot_a, shape_a, robot_b, shape_b;
-    bool operator==(const LinkPair&) const = default;
+  struct ShapePair {
+    int a, b;
+  };
+  /// Two arms, or one with itself.
+  struct ArmPair {
+    int a, b;
+    std::vector<ShapePair> shapes{};  ///< that may touch
+    /// Placements at which none of them did, of both arms; 0 = not known.
+    std::uint64_t apart_a = 0, apart_b = 0;
+  };
+  struct FixedPair {
+    int shape;
+    std::size_t fixed;
+  };
+  /// An arm and the fixed things.
+  struct ArmOnFixed {
+    std::vector<FixedPair> shapes{};  ///< that may touch
+    std::uint64_t apart = 0;          ///< as in ArmPair
   };
   void on_fixed(int robot, std::vector<std::vector<ArmForce>>& forces);
-  void on_other(int robot_a, int robot_b, std::vector<std::vector<ArmForce>>& forces);
-  [[nodiscard]] bool may_touch(int robot_a, int shape_a, int robot_b, int shape_b) const;
+  void on_other(ArmPair& arms, std::vector<std::vector<ArmForce>>& forces);
+  [[nodiscard]] bool may_meet(int robot_a, int shape_a, int robot_b, int shape_b) const;
+  [[nodiscard]] bool overlap(const OdeGeom& a, const OdeGeom& b);
   [[nodiscard]] const ArmShape& shape(int robot, int index) const;
 
   PhysicsModel& model_;
   std::vector<OdeGeom> fixed_geoms_;
-  std::vector<std::vector<char>> exempt_fixed_;  // robot; shape x fixed
-  std::vector<LinkPair> exempt_links_;
+  std::vector<ArmOnFixed> on_fixed_;  // by robot
+  std::vector<ArmPair> pairs_;
   std::vector<Contact> found_;
 };
 
