@@ -88,6 +88,7 @@ void add_all(CLI::App& app, CommandLine& line) {
   add_replay(app, line);
   add_incident(app, line);
   add_scene(app, line);
+  add_camera(app, line);
   add_intruder(app, line);
   add_fault(app, line);
   add_scenario(app, line);

@@ -3,6 +3,7 @@
 #include <variant>
 
 #include "clients/aprsim/commands/batch_commands.hpp"
+#include "clients/aprsim/commands/camera_commands.hpp"
 #include "clients/aprsim/commands/conform_commands.hpp"
 #include "clients/aprsim/commands/conveyor_commands.hpp"
 #include "clients/aprsim/commands/crcl_commands.hpp"
@@ -35,6 +36,6 @@ using AnyCommand = std::variant<
     FaultListCommand, FaultKindsCommand, FaultInjectCommand, FaultEndCommand, FaultEventCommand,
     ScenarioListCommand, ScenarioCheckCommand, ScenarioRunCommand, ReplayCommand, BatchCommand,
     MergeCommand, ReportDiffCommand, TraceDiffCommand, TraceExportCommand, TraceImportCommand,
-    TraceShowCommand, DemoCommand, CompletionCommand, ManualCommand>;
+    TraceShowCommand, CameraFitCommand, DemoCommand, CompletionCommand, ManualCommand>;
 
 }  // namespace aprsim::client

@@ -277,7 +277,7 @@ def _numbers(values: Sequence[float] | Array, digits: int) -> str:
 def _command_line() -> argparse.ArgumentParser:
     text, _, details = (__doc__ or "").partition("\n\n")
     parser = argparse.ArgumentParser(
-        prog="python3 -m aprsim.camera_fit",
+        prog="aprsim camera fit",
         description=text,
         epilog=details,
         formatter_class=argparse.RawDescriptionHelpFormatter,

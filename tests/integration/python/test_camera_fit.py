@@ -6,11 +6,14 @@ import io
 import os
 import pathlib
 import re
+import subprocess
+import sys
 import tempfile
 import unittest
 
 import numpy as np
 from aprsim import BadArgument, camera_fit
+from aprsim.binaries import find_binary
 from aprsim.camera_fit import FittedCamera, fit_camera, read_map
 
 REFERENCE = os.environ.get("APRSIM_REFERENCE_DIR", "")
@@ -160,6 +163,20 @@ class FitTest(unittest.TestCase):
         self.assertIn("- name: table\n", out.getvalue())
         self.assertIn("distortion: [-0.18000]", out.getvalue())
         self.assertIn("none.npz", errors.getvalue())
+
+    def test_the_command(self):
+        self.save(known_camera(20.0, (-0.18,)))
+        place = ["--size", "1920", "1080", "--origin-m", *map(str, ORIGIN_M), "--columns=-x", "--centre"]
+        run = [find_binary("aprsim"), "camera", "fit"]
+        # The interpreter of this test, which has numpy.
+        path = f"{pathlib.Path(sys.executable).parent}:{os.environ['PATH']}"
+        options = {"capture_output": True, "text": True, "env": {**os.environ, "PATH": path}}
+        done = subprocess.run([*run, str(self.file), *place], **options)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertIn("distortion: [-0.18000]", done.stdout)
+        done = subprocess.run([*run, "none.npz", *place], **options)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("none.npz", done.stderr)
 
 
 @unittest.skipUnless(REFERENCE, "no reference material: APRSIM_REFERENCE_DIR is not set")

@@ -27,6 +27,12 @@ std::string kitting_program(const std::string& name) {
                                                 : APRSIM_KITTING + ('/' + name);
 }
 
+std::string python_packages() {
+  const fs::path installed = own_directory().parent_path() / "lib/python3/dist-packages/aprsim";
+  std::error_code status;
+  return fs::is_directory(installed, status) ? "" : APRSIM_PYTHON;
+}
+
 std::string web_directory() {
   return (own_directory().parent_path() / "share" / "aprsim" / "web").string();
 }

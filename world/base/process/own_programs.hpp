@@ -9,6 +9,8 @@ namespace aprsim::process {
 [[nodiscard]] std::string program_beside(const std::string& name);
 /// A controller of clients/kitting, for python3: that of the installation, else of the source tree.
 [[nodiscard]] std::string kitting_program(const std::string& name = "kitting");
+/// Directory of the Python package for PYTHONPATH; empty where it is installed for the system.
+[[nodiscard]] std::string python_packages();
 /// Where the web page's files are: ../share/aprsim/web of the running binary, in a build tree as in
 /// an installation.
 [[nodiscard]] std::string web_directory();
