@@ -1,6 +1,8 @@
 // Steps of the Python package's environment `pick` a second, beside a program in C++ that drives
 // the same episodes: what Python has sent over CRCL and gRPC, in the same order, from the same
-// states, to the same daemon, with every answer read. Both must end in the same state, bit for bit.
+// states, to the same daemon, with every answer read. Both must end in the same state, bit for bit;
+// so must the same episodes in a cell of Python's own process, whose time is compared with the
+// daemon's.
 
 #include <chrono>
 #include <cstdlib>
@@ -143,6 +145,14 @@ int run(int argc, char** argv) {
     python_s += python_took_s;
     driver_s += took_s;
   }
+  double here_s = 0;
+  int same_here = 0;
+  for (std::size_t i = 0; i < python["here"].size(); ++i) {
+    const Json& episode = python["here"][i];
+    here_s += episode["taken_s"].get<double>();
+    same_here += episode["state_hash"] == python["episodes"][i]["state_hash"] ? 1 : 0;
+  }
+  const double by_here = steps / here_s;
   const double by_python = steps / python_s, by_driver = steps / driver_s;
   experiment.record(
       {"environment.pick_steps_per_s", by_python, "1/s", "the same in C++", by_python / by_driver});
@@ -150,6 +160,16 @@ int run(int argc, char** argv) {
   experiment.record("environment.pick_simulated_over_wall", cell_steps / 1e3 / python_s, "x");
   experiment.record("environment.pick_solved", static_cast<double>(solved) / number, "");
   experiment.record("environment.pick_same_bits", static_cast<double>(same) / number, "");
+  experiment.record(
+      {"environment.world.pick_steps_per_s", by_here, "1/s", "in a daemon", by_here / by_python});
+  experiment.record("environment.world.pick_simulated_over_wall", cell_steps / 1e3 / here_s, "x");
+  experiment.record("environment.world.pick_same_bits", static_cast<double>(same_here) / number,
+                    "");
+  const double alone_s = python["here_s"], together_s = python["threads_s"];
+  const double threads = python["threads"];
+  experiment.record({"environment.world.threads_speed_up", number * threads / together_s, "1/s",
+                     "one thread", threads * alone_s / together_s});
+  experiment.record("environment.world.rest_simulated_over_wall", python["rest_over_wall"], "x");
   experiment.note(
       fmt::format("{} episodes of `PickEnv` by its scripted policy, {} steps of the environment, "
                   "{} of the cell.",
