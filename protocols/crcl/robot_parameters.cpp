@@ -50,6 +50,19 @@ Result<double> within(const crcl::ParameterSetting& setting, double low, bool cl
                                  high, unit.empty() ? "" : " ", unit));
 }
 
+Result<api::RobotAction> override_of(const crcl::ParameterSetting& setting) {
+  const auto percent = within(setting, 0, true, 100, "percent");
+  if (!percent) return tl::unexpected(percent.error());
+  return api::SetOverride{*percent / 100};
+}
+
+Result<api::RobotAction> planning_of(const crcl::ParameterSetting& setting) {
+  if (const auto mode = api::planning_mode_of(setting.value)) return api::SetPlanning{*mode};
+  return bad_setting(setting.name,
+                     fmt::format("{} {}: must be {}", setting.name, crcl::shorten(setting.value),
+                                 fmt::join(api::kPlanningModes, ", ")));
+}
+
 Result<void> keep(std::map<std::string, std::string>& kept,
                   const std::vector<crcl::ParameterSetting>& settings) {
   for (const crcl::ParameterSetting& setting : settings) {
@@ -128,10 +141,14 @@ RobotParameters::Outcome RobotParameters::apply(const crcl::SetRobotParameters& 
     if (is_reading(setting.name)) {
       return bad_setting(setting.name, setting.name + " can only be read");
     }
-    if (setting.name != parameter::kSpeedOverride) continue;
-    const auto percent = within(setting, 0, true, 100, "percent");
-    if (!percent) return tl::unexpected(percent.error());
-    action = api::SetOverride{*percent / 100};
+    const bool planning = setting.name == parameter::kPlanning;
+    if (!planning && setting.name != parameter::kSpeedOverride) continue;
+    const auto set = planning ? planning_of(setting) : override_of(setting);
+    if (!set) return tl::unexpected(set.error());
+    if (action && action->index() != set->index()) {
+      return bad_setting(setting.name, "speed_override and planning need a command each");
+    }
+    action = *set;
   }
   if (const auto kept = keep(robot_, command.settings); !kept) {
     return tl::unexpected(kept.error());
@@ -187,14 +204,15 @@ RobotParameters::Outcome RobotParameters::apply(const crcl::EnableRobotParameter
     settings.report(*part, true);
     return nothing_left();
   }
-  const bool readable = is_reading(name) || name == parameter::kSpeedOverride;
+  const bool readable =
+      is_reading(name) || name == parameter::kSpeedOverride || name == parameter::kPlanning;
   if (!readable && !robot_.contains(name)) {
     return bad_setting(
         "RobotParameterName",
-        fmt::format("Unknown robot parameter {}; there are {}, {}, {}, {}, {} and those "
+        fmt::format("Unknown robot parameter {}; there are {}, {}, {}, {}, {}, {} and those "
                     "that have been set",
-                    crcl::shorten(name), parameter::kSpeedOverride, parameter::kSimulatedTime,
-                    parameter::kProtectiveStop, parameter::kDrives,
+                    crcl::shorten(name), parameter::kSpeedOverride, parameter::kPlanning,
+                    parameter::kSimulatedTime, parameter::kProtectiveStop, parameter::kDrives,
                     fmt::join(kExtraReports, ", ")));
   }
   hidden_.erase(name);

@@ -19,7 +19,7 @@ namespace aprsim::crcl_server {
 
 /// Robot parameters with an effect or a reading.
 namespace parameter {
-inline constexpr std::string_view kSpeedOverride = "speed_override";
+inline constexpr std::string_view kSpeedOverride = "speed_override", kPlanning = "planning";
 inline constexpr std::string_view kSimulatedTime = "simulated_time";
 inline constexpr std::string_view kProtectiveStop = "protective_stop", kDrives = "drives";
 }  // namespace parameter
@@ -29,9 +29,10 @@ inline constexpr std::string_view kProtectiveStop = "protective_stop", kDrives =
 ///
 /// End effector parameters with an effect: `force`, of each finger, in the connection's force unit;
 /// `pressure`, the same as a fraction of the supply's. Robot parameters with an effect:
-/// `speed_override`, in percent. Robot parameters that can be read when their report is enabled:
-/// `simulated_time` [s], `protective_stop`, `drives` (on, off). The names of kExtraReports stand
-/// for parts of a connection's statuses. Any other parameter is kept and reported as it was set.
+/// `speed_override`, in percent; `planning` (direct, check, avoid). Robot parameters that can be
+/// read when their report is enabled: `simulated_time` [s], `protective_stop`, `drives` (on, off).
+/// The names of kExtraReports stand for parts of a connection's statuses. Any other parameter is
+/// kept and reported as it was set.
 class RobotParameters {
  public:
   /// The action to submit to the robot, if any.

@@ -195,6 +195,7 @@ std::vector<crcl::ParameterSetting> robot_parameters(const RobotParameters& para
       all[name] = fmt::format("{:.3f}", seconds(snapshot.time));
     if (name == parameter::kProtectiveStop) all[name] = robot.protective_stop ? "true" : "false";
     if (name == parameter::kDrives) all[name] = robot.drives_on ? "on" : "off";
+    if (name == parameter::kPlanning) all[name] = std::string(api::name_of(robot.planning));
     if (name == parameter::kSpeedOverride) {
       all[name] = fmt::format("{:g}", robot.override_fraction * 100);
     }

@@ -82,6 +82,26 @@ Result<CommandBody> command_of(const v1::SetSpeedRequest& request,
   return fail(ErrorCode::kInvalidArgument, "speed", "one of factor and maximum must be set");
 }
 
+Result<CommandBody> command_of(const v1::SetPlanningRequest& request,
+                               const api::Snapshot& snapshot) {
+  const api::CellDescription& cell = *snapshot.cell;
+  const auto robot = std::ranges::find(cell.robots, request.robot(), &api::RobotDescription::name);
+  if (robot == cell.robots.end()) {
+    std::vector<std::string> names;
+    for (const api::RobotDescription& each : cell.robots) names.push_back(each.name);
+    return fail(ErrorCode::kNotFound, "robot",
+                fmt::format("no robot is named '{}'; there are: {}", request.robot().substr(0, 64),
+                            fmt::join(names, ", ")));
+  }
+  const int mode = static_cast<int>(request.mode());
+  if (mode <= v1::PLANNING_MODE_UNSPECIFIED || mode > v1::PlanningMode_MAX) {
+    return fail(ErrorCode::kInvalidArgument, "mode",
+                fmt::format("{} is not a planning mode; expected direct, check or avoid", mode));
+  }
+  return api::RobotCommand{static_cast<int>(robot - cell.robots.begin()),
+                           api::SetPlanning{*from_message<api::PlanningMode>(mode)}};
+}
+
 Result<CommandBody> command_of(const v1::SetIntruderRequest& request,
                                const api::Snapshot& /*snapshot*/) {
   const auto& intruder = request.intruder();

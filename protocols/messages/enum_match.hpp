@@ -60,7 +60,11 @@ struct EnumMatch<api::CurtainReaction>
 template <>
 struct EnumMatch<api::ActionState> : SameOrder<api::ActionState::kError, v1::ActionState_MAX> {};
 template <>
-struct EnumMatch<api::ActionKind> : SameOrder<api::ActionKind::kMotionLimit, v1::ActionKind_MAX> {};
+struct EnumMatch<api::ActionKind> : SameOrder<api::ActionKind::kPlanning, v1::ActionKind_MAX> {};
+template <>
+struct EnumMatch<api::PlanningMode> : SameOrder<api::PlanningMode::kAvoid, v1::PlanningMode_MAX> {
+  static constexpr const char* kNoun = "planning mode";
+};
 template <>
 struct EnumMatch<api::MotionSource> : SameOrder<api::MotionSource::kStream, v1::MotionSource_MAX> {
 };

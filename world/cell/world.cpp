@@ -85,12 +85,13 @@ World::World(std::shared_ptr<const scene::Scene> scene, ArmModels models, std::u
       prefetchers_(prefetchers.begin(), prefetchers.end()),
       models_(std::move(models)),
       settings_(settings_of(*scene_, *models_)),
-      seed_(seed) {
+      seed_(seed),
+      surroundings_(std::make_unique<CellSurroundings>(*scene_, *models_)) {
   robots_.reserve(models_->size());
   std::vector<std::vector<Eigen::Isometry3d>> X_WL;
   for (std::size_t i = 0; i < models_->size(); ++i) {
     robots_.emplace_back(*scene_, i, (*models_)[i],
-                         i < prefetchers.size() ? prefetchers[i] : nullptr);
+                         i < prefetchers.size() ? prefetchers[i] : nullptr, surroundings_.get());
     const auto links = robots_.back().X_WL();
     X_WL.emplace_back(links.begin(), links.end());
   }
@@ -129,6 +130,7 @@ Result<void> World::apply_any(api::Ticket ticket, const api::Command& command) {
 
 void World::apply(api::Ticket ticket, const api::RobotCommand& command) {
   SimulatedRobot& robot = robots_.at(static_cast<std::size_t>(command.robot));
+  set_surroundings();
   robot.apply(ticket, command);
   if (detector_) detector_->detect_robot_events(command.robot, robot, now());
   stop_robots_if_broken();
@@ -136,6 +138,7 @@ void World::apply(api::Ticket ticket, const api::RobotCommand& command) {
 }
 
 Result<void> World::apply(api::Ticket ticket, const api::TrajectoryCommand& command) {
+  set_surroundings();
   auto done = robots_.at(static_cast<std::size_t>(command.robot)).apply(ticket, command);
   // A robot that is reset while the curtain is broken stops again at once.
   stop_robots_if_broken();
@@ -174,6 +177,7 @@ Result<void> World::apply(api::Ticket ticket, const api::FaultCommand& command) 
 void World::step() {
   // Injected faults begin and end between two steps.
   run_faults();
+  set_surroundings();
   for (std::size_t i = 0; i < robots_.size(); ++i) step_robot(i);
   // The belt's drive advances its ramp; the physics carries the bodies on the belt.
   if (conveyor_) physics_->set_belt_speed(conveyor_->step(settings_.step_s));
@@ -185,6 +189,9 @@ void World::step() {
   sense();
   if (detector_) detector_->detect(*physics_, robots_, conveyor(), now());
 }
+
+/// A world that was moved has its parts elsewhere.
+void World::set_surroundings() { surroundings_->set_present(robots_, *physics_, intruders_); }
 
 void World::run_faults() {
   if (faults_.idle()) return;

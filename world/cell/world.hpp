@@ -13,6 +13,7 @@
 #include "world/cell/cell_settings.hpp"
 #include "world/cell/machines/conveyor_drive.hpp"
 #include "world/cell/machines/simulated_robot.hpp"
+#include "world/cell/observation/cell_surroundings.hpp"
 #include "world/cell/observation/event_detector.hpp"
 #include "world/cell/observation/sensor_occluders.hpp"
 #include "world/cell/observation/unintended_contacts.hpp"
@@ -123,6 +124,7 @@ class World {
   void write_tools(std::vector<api::ToolSnapshot>& out) const;
 
   // ---- one step
+  void set_surroundings();
   void run_faults();
   void step_robot(std::size_t index);
   void gather_loose_tools(const SimulatedRobot& robot);
@@ -151,6 +153,7 @@ class World {
   std::uint64_t seed_;
   std::uint64_t revision_ = 0;
   std::uint64_t steps_ = 0;
+  std::unique_ptr<CellSurroundings> surroundings_;
   std::vector<SimulatedRobot> robots_;
   std::vector<LooseTool> loose_;  // that the robot at hand may take
   std::optional<ConveyorDrive> conveyor_;

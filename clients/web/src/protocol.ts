@@ -19,7 +19,13 @@ export type {
   ConveyorState,
   Intruder
 } from '../generated/aprsim/v1/snapshot_pb';
-export {ActionKind, ActionState, DriveFault, GroupKind} from '../generated/aprsim/v1/snapshot_pb';
+export {
+  ActionKind,
+  ActionState,
+  DriveFault,
+  GroupKind,
+  PlanningMode
+} from '../generated/aprsim/v1/snapshot_pb';
 export type {ListFaultKindsResponse} from '../generated/aprsim/v1/control_service_pb';
 export {ConveyorDirection} from '../generated/aprsim/v1/control_service_pb';
 export type {

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "protocols/messages/control_request.hpp"
+#include "protocols/messages/enum_match.hpp"
 #include "protocols/web/jog/manual_mode.hpp"
 #include "protocols/web/jog/robot_ready.hpp"
 #include "world/api/commands/stop_command.hpp"
@@ -68,6 +69,15 @@ Bodies joints_of(const v1::MoveJoints& move, const api::RobotDescription& robot,
   return one(api::RobotCommand{index, std::move(action)});
 }
 
+Bodies planning_of(v1::PlanningMode mode, int index) {
+  if (mode <= v1::PLANNING_MODE_UNSPECIFIED || mode > v1::PlanningMode_MAX) {
+    return fail(ErrorCode::kInvalidArgument, "planning",
+                fmt::format("{} is not a planning mode", static_cast<int>(mode)));
+  }
+  return one(api::RobotCommand{
+      index, api::SetPlanning{*protocols::from_message<api::PlanningMode>(mode)}});
+}
+
 Bodies robot_commands(const v1::RobotRequest& request, const api::Snapshot& snapshot) {
   const api::CellDescription& cell = *snapshot.cell;
   if (request.robot() >= cell.robots.size()) {
@@ -90,6 +100,8 @@ Bodies robot_commands(const v1::RobotRequest& request, const api::Snapshot& snap
       return joints_of(request.move_joints(), cell.robots[request.robot()], index);
     case v1::RobotRequest::kGripper:
       return one(api::RobotCommand{index, api::SetGripper{request.gripper().setting()}});
+    case v1::RobotRequest::kPlanning:
+      return planning_of(request.planning(), index);
     case v1::RobotRequest::ACTION_NOT_SET:
       break;
   }

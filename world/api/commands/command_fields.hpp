@@ -37,6 +37,7 @@ APRSIM_FIELDS(SetGripperForce, ALONE(force_n))
 APRSIM_FIELDS(Dwell, ALONE(duration))
 APRSIM_FIELDS(SetMotionLimit, FIELD(which), FIELD_IN(setting, relative, relative),
               FIELD_IN(setting, value, value))
+APRSIM_FIELDS(SetPlanning, ALONE(mode))
 APRSIM_ALTERNATIVES(RobotAction, "action of a robot", ALTERNATIVE(InitRobot, init),
                     ALTERNATIVE(EndProgram, end), ALTERNATIVE(StopMotion, stop),
                     ALTERNATIVE(MoveTo, move_to), ALTERNATIVE(MoveThroughTo, move_through),
@@ -44,7 +45,7 @@ APRSIM_ALTERNATIVES(RobotAction, "action of a robot", ALTERNATIVE(InitRobot, ini
                     ALTERNATIVE(SetGripper, gripper), ALTERNATIVE(SetGripperForce, gripper_force_n),
                     ALTERNATIVE(SetToolChanger, open_tool_changer),
                     ALTERNATIVE(SetOverride, speed_override), ALTERNATIVE(Dwell, dwell),
-                    ALTERNATIVE(SetMotionLimit, motion_limit))
+                    ALTERNATIVE(SetMotionLimit, motion_limit), ALTERNATIVE(SetPlanning, planning))
 APRSIM_FIELDS(RobotCommand, FIELD(robot), INLINED(action), FIELD(guards))
 
 // Trajectories.

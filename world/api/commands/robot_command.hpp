@@ -6,6 +6,7 @@
 
 #include "world/api/commands/motion_command.hpp"
 #include "world/api/values/guard.hpp"
+#include "world/api/values/planning_mode.hpp"
 #include "world/base/time.hpp"
 
 /// The commands to one robot.
@@ -64,9 +65,14 @@ struct SetMotionLimit {
   double value = 0;
 };
 
-using RobotAction =
-    std::variant<InitRobot, EndProgram, StopMotion, MoveTo, MoveThroughTo, MoveScrew, MoveJoints,
-                 SetGripper, SetGripperForce, SetToolChanger, SetOverride, Dwell, SetMotionLimit>;
+/// Sets how later moves regard what stands around the robot.
+struct SetPlanning {
+  PlanningMode mode = PlanningMode::kDirect;
+};
+
+using RobotAction = std::variant<InitRobot, EndProgram, StopMotion, MoveTo, MoveThroughTo,
+                                 MoveScrew, MoveJoints, SetGripper, SetGripperForce, SetToolChanger,
+                                 SetOverride, Dwell, SetMotionLimit, SetPlanning>;
 
 /// Which of RobotAction's commands, in its order.
 enum class ActionKind {
@@ -84,11 +90,11 @@ enum class ActionKind {
   kOverride,
   kDwell,
   kMotionLimit,
+  kPlanning,
 };
 /// For checks of states (world/archive).
-[[nodiscard]] constexpr ActionKind last_of(ActionKind) { return ActionKind::kMotionLimit; }
-static_assert(std::variant_size_v<RobotAction> ==
-              static_cast<std::size_t>(ActionKind::kMotionLimit));
+[[nodiscard]] constexpr ActionKind last_of(ActionKind) { return ActionKind::kPlanning; }
+static_assert(std::variant_size_v<RobotAction> == static_cast<std::size_t>(ActionKind::kPlanning));
 [[nodiscard]] inline ActionKind kind_of(const RobotAction& action) {
   return static_cast<ActionKind>(action.index() + 1);
 }
@@ -98,7 +104,8 @@ static_assert(std::variant_size_v<RobotAction> ==
 [[nodiscard]] inline bool is_setting(const RobotAction& action) {
   return std::holds_alternative<SetMotionLimit>(action) ||
          std::holds_alternative<SetOverride>(action) ||
-         std::holds_alternative<SetGripperForce>(action);
+         std::holds_alternative<SetGripperForce>(action) ||
+         std::holds_alternative<SetPlanning>(action);
 }
 
 /// Whether the action is a motion that is planned.

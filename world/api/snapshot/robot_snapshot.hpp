@@ -1,14 +1,17 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "world/api/commands/robot_command.hpp"
 #include "world/api/snapshot/motion_snapshot.hpp"
 #include "world/api/snapshot/vision.hpp"
 #include "world/api/values/guard.hpp"
 #include "world/api/values/joint_count.hpp"
+#include "world/api/values/planning_mode.hpp"
 #include "world/api/values/pose.hpp"
 #include "world/api/values/posture.hpp"
 #include "world/api/values/ticket.hpp"
@@ -65,6 +68,10 @@ struct RobotSnapshot {
   bool tool_mounted = true;      ///< false: nothing is on the flange, T is the flange frame
   int tool = -1;                 ///< on the flange: index into tools, -1 = none
   ActionStatus action;
+  PlanningMode planning = PlanningMode::kDirect;
+  /// Positions of the tool point in R along the running or latest motion that was checked against
+  /// the surroundings [m]; null = there is none.
+  std::shared_ptr<const std::vector<Eigen::Vector3d>> planned_path;
   std::optional<Pose> X_RG;      ///< where the running motion is to take the tool
   bool initialized = false;      ///< InitRobot taken since start or a held error
   bool protective_stop = false;  ///< tripped; held until InitRobot

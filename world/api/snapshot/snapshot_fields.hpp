@@ -28,6 +28,7 @@ APRSIM_FIELDS(RobotSnapshot, BY_HAND(joints), FIELD_AS(X_WT, tool_in_world),
               FIELD_AS(torque_T_R, tool_torque_nm), BY_HAND(gripper), NOWHERE(trans_speed),
               NOWHERE(trans_accel), NOWHERE(rot_speed), NOWHERE(rot_accel),
               NOWHERE(override_fraction), NOWHERE(tool_mounted), FIELD(tool), FIELD(action),
+              FIELD(planning), FIELD_AS(planned_path, planned_path_m),
               FIELD_AS(X_RG, goal_in_reference), FIELD(initialized), FIELD(protective_stop),
               FIELD(moving), FIELD(drives_on), NOWHERE(light_curtain_broken), NOWHERE(posture),
               NOWHERE(guards), FIELD(motion), BY_HAND(vision))

@@ -19,7 +19,8 @@ constexpr std::size_t kDescriptionCapacity = 512;
 }  // namespace
 
 SimulatedRobot::SimulatedRobot(const scene::Scene& scene, std::size_t index,
-                               const robot::ArmModel& model, robot::PlanPrefetcher* prefetcher)
+                               const robot::ArmModel& model, robot::PlanPrefetcher* prefetcher,
+                               const robot::SurroundingsSource* surroundings)
     : X_WB_(scene.robots[index].X_WB.isometry()),
       X_BR_(scene.robots[index].X_BR.isometry()),
       X_WR_(X_WB_ * X_BR_),
@@ -28,8 +29,9 @@ SimulatedRobot::SimulatedRobot(const scene::Scene& scene, std::size_t index,
       arm_(model, tools_.payload(start_tool_), gravity_in_base(scene.robots[index], scene.physics),
            home_of(scene.robots[index], model), scene.physics.step_s),
       ik_(inverse_kinematics_of(scene.robots[index], model)),
-      controller_(controller_setup_of(scene.robots[index], model, ik_, scene.physics, tools_,
-                                      start_tool_, prefetcher)),
+      controller_(controller_setup_of(
+          scene.robots[index], model, ik_, scene.physics, tools_, start_tool_,
+          {.prefetcher = prefetcher, .surroundings = surroundings, .index = index})),
       step_size_(std::llround(scene.physics.step_s * 1e9)),
       X_WL_(model.links.size()),
       state_{.mount = ToolMount(start_tool_, Eigen::Isometry3d::Identity())} {

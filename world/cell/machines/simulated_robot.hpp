@@ -30,9 +30,11 @@ class SimulatedRobot {
  public:
   /// Robot `index` of the scene. Throws std::runtime_error when `model` fits no closed-form inverse
   /// kinematics or `robot.home_rad` is not one value a joint. `prefetcher` makes motion plans ahead
-  /// and must outlive this; null = none does.
+  /// and must outlive this, as `surroundings` must, which moves are checked against; null = none
+  /// does.
   SimulatedRobot(const scene::Scene& scene, std::size_t index, const robot::ArmModel& model,
-                 robot::PlanPrefetcher* prefetcher = nullptr);
+                 robot::PlanPrefetcher* prefetcher = nullptr,
+                 const robot::SurroundingsSource* surroundings = nullptr);
 
   /// Applies a command that has been checked (command_check.hpp).
   void apply(api::Ticket ticket, const api::RobotCommand& command);
@@ -86,6 +88,12 @@ class SimulatedRobot {
   }
   /// The latest command's progress.
   [[nodiscard]] const api::ActionStatus& action() const { return controller_.status(); }
+  /// Motions that it has begun.
+  [[nodiscard]] std::uint64_t motions_begun() const { return controller_.motions_begun(); }
+  /// Adds the reference and positions on the way that is left, `count` for each motion.
+  void remaining(std::size_t count, std::vector<robot::JointVector>& out) const {
+    controller_.remaining(count, out);
+  }
   [[nodiscard]] bool stopped_by_protection() const { return controller_.stopped_by_protection(); }
   [[nodiscard]] bool gripper_told_to_open() const { return controller_.gripper_setting() > 0.5; }
   /// How often a step waited for a motion plan.

@@ -20,8 +20,8 @@ constexpr std::uint64_t kSettling = 20;
 constexpr std::array kActionNames{"none",    "initialize",      "end",          "stop",
                                   "move to", "move through to", "move screw",   "move joints",
                                   "gripper", "gripper force",   "tool changer", "override",
-                                  "dwell",   "motion limit"};
-static_assert(kActionNames.size() == static_cast<std::size_t>(api::ActionKind::kMotionLimit) + 1);
+                                  "dwell",   "motion limit",    "planning"};
+static_assert(kActionNames.size() == static_cast<std::size_t>(api::ActionKind::kPlanning) + 1);
 
 std::string in_words(api::ActionKind kind, const std::string& description) {
   std::string text = kActionNames[static_cast<std::size_t>(kind)];

@@ -47,6 +47,8 @@ void write_controller(const robot::RobotController& controller, api::RobotSnapsh
   out.protective_stop = controller.stopped_by_protection();
   controller.write(out.motion);
   out.moving = controller.moving();
+  out.planning = controller.planning();
+  out.planned_path = controller.path();
   out.drives_on = controller.drives_on();
 }
 

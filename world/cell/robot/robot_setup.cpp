@@ -9,8 +9,12 @@ namespace {
 
 /// From a move's command to its motion: an interpolation cycle of an ordinary robot controller, and
 /// what long or searched paths take more.
-constexpr robot::PlanningLatency kPlanningLatency{
-    .base_s = 8e-3, .waypoint_s = 1e-3, .screw_s = 40e-3, .search_s = 0.25};
+constexpr robot::PlanningLatency kPlanningLatency{.base_s = 8e-3,
+                                                  .waypoint_s = 1e-3,
+                                                  .screw_s = 40e-3,
+                                                  .search_s = 0.25,
+                                                  .check_s = 12e-3,
+                                                  .avoid_s = 0.1};
 
 }  // namespace
 
@@ -37,7 +41,7 @@ std::shared_ptr<const robot::InverseKinematics> inverse_kinematics_of(
 robot::ControllerSetup controller_setup_of(const scene::Robot& robot, const robot::ArmModel& model,
                                            std::shared_ptr<const robot::InverseKinematics> ik,
                                            const scene::Physics& physics, const FlangeTools& tools,
-                                           int tool, robot::PlanPrefetcher* prefetcher) {
+                                           int tool, const PlanningHelp& help) {
   return {.model = model,
           .ik = std::move(ik),
           .X_BR = robot.X_BR.isometry(),
@@ -54,7 +58,10 @@ robot::ControllerSetup controller_setup_of(const scene::Robot& robot, const robo
           .tool_change_s = robot.changer.time_s,
           .gravity_B = gravity_in_base(robot, physics),
           .latency = kPlanningLatency,
-          .prefetcher = prefetcher};
+          .prefetcher = help.prefetcher,
+          .planning = robot.planning,
+          .surroundings = help.surroundings,
+          .index = static_cast<int>(help.index)};
 }
 
 }  // namespace aprsim::world

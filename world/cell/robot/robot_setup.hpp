@@ -21,10 +21,17 @@ namespace aprsim::world {
 [[nodiscard]] std::shared_ptr<const robot::InverseKinematics> inverse_kinematics_of(
     const scene::Robot& robot, const robot::ArmModel& model);
 
-/// `tool`: on the flange at the start, -1 = none. `prefetcher` may be null.
+/// Helpers of a controller's planning, each may be null, and the robot's index.
+struct PlanningHelp {
+  robot::PlanPrefetcher* prefetcher = nullptr;
+  const robot::SurroundingsSource* surroundings = nullptr;
+  std::size_t index = 0;
+};
+
+/// `tool`: on the flange at the start, -1 = none.
 [[nodiscard]] robot::ControllerSetup controller_setup_of(
     const scene::Robot& robot, const robot::ArmModel& model,
     std::shared_ptr<const robot::InverseKinematics> ik, const scene::Physics& physics,
-    const FlangeTools& tools, int tool, robot::PlanPrefetcher* prefetcher);
+    const FlangeTools& tools, int tool, const PlanningHelp& help);
 
 }  // namespace aprsim::world

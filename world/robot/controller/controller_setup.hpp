@@ -38,6 +38,10 @@ struct ControllerSetup {
   PlanningLatency latency;
   /// Makes plans ahead; null = they are made when they are needed, with the same bits.
   PlanPrefetcher* prefetcher = nullptr;
+  api::PlanningMode planning = api::PlanningMode::kDirect;  ///< at the start
+  /// The source of surroundings; null = nothing is known, and moves are direct.
+  const SurroundingsSource* surroundings = nullptr;
+  int index = 0;  ///< of the robot, for the surroundings
 };
 
 /// The setup with at least one tool. Throws std::invalid_argument for a setup that makes no robot

@@ -2,7 +2,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
+#include <vector>
 
 #include "world/robot/controller/arrival.hpp"
 #include "world/robot/controller/command_progress.hpp"
@@ -31,6 +33,10 @@ struct ControllerState {
   double gripper_setting = 1;
   std::int64_t steps_left = 0;   ///< of a dwell, or until a gripper's deadline
   bool gripper_applied = false;  ///< a step has passed since the command
+  api::PlanningMode planning = api::PlanningMode::kDirect;
+  std::uint64_t motions_begun = 0;
+  /// Path of the latest motion that was checked against its surroundings, in R [m].
+  std::shared_ptr<const std::vector<Eigen::Vector3d>> path{};
 
   /// Memory besides what copies share, approximately.
   [[nodiscard]] std::size_t bytes() const {
@@ -42,15 +48,17 @@ struct ControllerState {
     motion.list(parts);
     plans.list(parts);
     stream.list(parts);
+    if (path) parts[path.get()] = sizeof *path + bytes_of(*path);
   }
 
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
     auto& [tool_limits, motion, plans, changer, command, stream, X_RG, arrival_tolerance,
-           protection, gripper_setting, steps_left, gripper_applied] = self;
+           protection, gripper_setting, steps_left, gripper_applied, planning, motions_begun,
+           path] = self;
     io(tool_limits, motion, plans, changer, command, stream, X_RG, arrival_tolerance, protection,
-       gripper_setting, steps_left, gripper_applied);
+       gripper_setting, steps_left, gripper_applied, planning, motions_begun, path);
   }
 };
 

@@ -91,6 +91,11 @@ class MotionGenerator {
   }
   /// Posture where the last of the motions ends; only while not idle.
   [[nodiscard]] const JointVector& end() const { return runner_.end(); }
+  /// Adds the reference and positions on the way that is left, `count` for each motion; of a
+  /// streamed motion the reference alone.
+  void remaining(std::size_t count, std::vector<JointVector>& out) const {
+    runner_.remaining(count, out);
+  }
   [[nodiscard]] bool retreating() const { return retreating_ && runner_.running(); }
   [[nodiscard]] double override_fraction() const { return override_; }
   [[nodiscard]] const DrivePower& drives() const { return drives_; }

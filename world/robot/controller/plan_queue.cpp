@@ -39,8 +39,11 @@ void PlanQueue::replan(const MotionPlanner& planner, PlanPrefetcher* prefetcher)
 }
 
 std::size_t PlanQueue::bytes() const {
-  return (waiting_ ? waiting_->bytes() : 0) +
-         (job_ ? sizeof *job_ + job_->request().request.bytes() : 0);
+  const std::size_t waiting = waiting_ ? waiting_->bytes() : 0;
+  if (!job_) return waiting;
+  const PlanRequest& request = job_->request();
+  return waiting + sizeof *job_ + request.request.bytes() +
+         (request.surroundings ? request.surroundings->bytes() : 0);
 }
 
 }  // namespace aprsim::robot

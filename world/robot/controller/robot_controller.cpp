@@ -21,13 +21,19 @@ const char* const kHasTheRobot = " has the robot by a stream of motions; StopMot
 const char* const kMoveBefore = "the move before: ";
 constexpr double kGripperDeadline_s = 2;
 constexpr double kDrivesOffAfterFastStop_s = 1;
+/// A move that had to be planned so often because other robots began to move is refused.
+constexpr int kMostReplans = 16;
+const char* const kOthersMove =
+    "planning: other robots begin one motion after the other; send the move again";
 
 }  // namespace
 
 RobotController::RobotController(ControllerSetup setup)
     : setup_(checked(std::move(setup))),
       arms_(equipped_arms(setup_)),
-      s_(tool_maximum(setup_), setup_.q_home, setup_.tool) {}
+      s_(tool_maximum(setup_), setup_.q_home, setup_.tool) {
+  s_.planning = setup_.planning;
+}
 
 // ---- commands
 
@@ -140,6 +146,11 @@ void RobotController::execute(const api::SetMotionLimit& setting, const JointVec
   s_.command.complete();
 }
 
+void RobotController::execute(const api::SetPlanning& setting, const JointVector&) {
+  s_.planning = setting.mode;
+  s_.command.complete();
+}
+
 // ---- streams
 
 /// Refuses a command that would disturb the stream's commander.
@@ -176,6 +187,7 @@ Result<void> RobotController::claim(api::Ticket ticket, const api::ClaimMotion& 
   if (command.reset && !s_.stream.active() && !s_.changer.busy() && at_rest()) reset(q_actual);
   if (auto ok = require_free(); !ok) return ok;
   s_.stream.claim(ticket, command, stream_arm());
+  ++s_.motions_begun;
   return {};
 }
 
@@ -183,6 +195,7 @@ Result<void> RobotController::follow(api::Ticket ticket, const api::FollowTrajec
                                      std::int64_t delay, const JointVector& q_actual) {
   if (command.reset && !s_.stream.active() && at_rest()) reset(q_actual);
   if (auto ok = require_free(); !ok) return ok;
+  ++s_.motions_begun;
   return s_.stream.follow(ticket, command, delay, stream_arm());
 }
 
@@ -244,14 +257,25 @@ void RobotController::plan(PlannedMove move) {
   }
 }
 
-void RobotController::begin_planning(MoveRequest move, bool search) {
+void RobotController::begin_planning(MoveRequest move, bool search, int replans) {
   s_.plans.cancel();
   PlanRequest request = s_.motion.request_plan(arm(), std::move(move));
   request.search = search;
+  request.replans = replans;
+  if (mode() != api::PlanningMode::kDirect) {
+    request.surroundings = setup_.surroundings->gather(setup_.index, s_.planning);
+  }
   request.steps = latency_steps(request.request.move, search);
   const bool at_once = request.steps == 0;
   s_.plans.begin(std::make_shared<PlanJob>(arm().planner, std::move(request)), setup_.prefetcher);
   if (at_once) begin_planned();
+}
+
+/// Whether another robot has begun a motion that the plan does not know.
+bool RobotController::is_outdated(const PlanRequest& request) const {
+  return request.surroundings && setup_.surroundings &&
+         request.surroundings->motions_of_others !=
+             setup_.surroundings->motions_of_others(setup_.index);
 }
 
 /// The planned motion begins, or its command is refused. A move that waits is planned next.
@@ -264,13 +288,19 @@ void RobotController::begin_planned() {
   std::optional<MoveRequest> waiting = s_.plans.take_waiting();
   // A plan that does not match the state is made again, or dropped for the waiting move.
   const bool expected = s_.motion.is_as_expected(arm(), plan);
-  if (!expected || plan.search_wanted) {
-    const bool search = expected && plan.search_wanted;
-    return begin_planning(waiting ? *std::move(waiting) : job->request().request, search);
+  const PlanRequest& request = job->request();
+  const bool outdated = is_outdated(request);
+  if (outdated && !waiting && request.replans == kMostReplans) return fail(kOthersMove);
+  if (!expected || plan.search_wanted || outdated) {
+    const bool search = expected && (plan.search_wanted || (outdated && request.search));
+    const int replans = waiting ? 0 : request.replans + (outdated ? 1 : 0);
+    return begin_planning(waiting ? *std::move(waiting) : request.request, search, replans);
   }
   if (plan.outcome) {
-    const PlannedMove& move = job->request().request.move;
+    const PlannedMove& move = request.request.move;
     s_.motion.begin(arm(), move, plan);
+    ++s_.motions_begun;
+    s_.path = plan.path;
     s_.arrival_tolerance = arrival_tolerance_of(move);
     update_goal();
   } else if (!waiting) {
@@ -370,6 +400,7 @@ void RobotController::protective_stop(const std::string& reason, const JointVect
   fail(reason);
   // The retreat releases the squeezed contact; it follows the trail that the arm came by.
   s_.motion.retreat(arm(), q_actual);
+  ++s_.motions_begun;
 }
 
 void RobotController::protective_stop(const std::string& reason) {

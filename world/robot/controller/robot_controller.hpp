@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -112,6 +113,17 @@ class RobotController {
   }
   /// After a protective stop, on the way back.
   [[nodiscard]] bool retreating() const { return s_.motion.retreating(); }
+  /// How later moves regard what stands around.
+  [[nodiscard]] api::PlanningMode planning() const { return s_.planning; }
+  /// Along the latest motion that was checked, in R [m]; null = there is none.
+  [[nodiscard]] const std::shared_ptr<const std::vector<Eigen::Vector3d>>& path() const {
+    return s_.path;
+  }
+  [[nodiscard]] std::uint64_t motions_begun() const { return s_.motions_begun; }
+  /// Adds the reference and positions on the way that is left, `count` for each motion.
+  void remaining(std::size_t count, std::vector<JointVector>& out) const {
+    s_.motion.remaining(count, out);
+  }
   [[nodiscard]] bool drives_on() const { return s_.motion.drives().on(); }
   /// The arm's brakes hold it.
   [[nodiscard]] bool braked() const { return s_.motion.drives().braked(); }
@@ -150,6 +162,7 @@ class RobotController {
   void execute(const api::SetOverride& setting, const JointVector& q_actual);
   void execute(const api::Dwell& dwell, const JointVector& q_actual);
   void execute(const api::SetMotionLimit& setting, const JointVector& q_actual);
+  void execute(const api::SetPlanning& setting, const JointVector& q_actual);
 
   [[nodiscard]] bool refuse_as_busy(api::Ticket ticket, const api::RobotAction& action);
 
@@ -164,7 +177,8 @@ class RobotController {
 
   // ---- planning
   void plan(PlannedMove move);
-  void begin_planning(MoveRequest request, bool search = false);
+  void begin_planning(MoveRequest request, bool search = false, int replans = 0);
+  [[nodiscard]] bool is_outdated(const PlanRequest& request) const;
   void begin_planned();
 
   // ---- tool changer
@@ -188,8 +202,11 @@ class RobotController {
   [[nodiscard]] const EquippedArm& arm() const {
     return tool() >= 0 ? arms_[static_cast<std::size_t>(tool())] : arms_.back();
   }
+  [[nodiscard]] api::PlanningMode mode() const {
+    return setup_.surroundings ? s_.planning : api::PlanningMode::kDirect;
+  }
   [[nodiscard]] int latency_steps(const PlannedMove& move, bool search) const {
-    return planning_steps(setup_.latency, setup_.step_s, move, search);
+    return planning_steps(setup_.latency, setup_.step_s, move, search, mode());
   }
 
   ControllerSetup setup_;

@@ -1,7 +1,9 @@
 #include "world/robot/planning/plan_job.hpp"
 
+#include <algorithm>
 #include <utility>
 
+#include "world/robot/planning/move_review.hpp"
 #include "world/robot/planning/screw_planner.hpp"
 #include "world/robot/planning/waypoint_planner.hpp"
 
@@ -36,6 +38,25 @@ std::optional<ToolLimits> blend_limits(const PlannedMove& move, const ToolLimitS
   }
   if (std::holds_alternative<api::MoveJoints>(move)) return limits.maximum();
   return std::nullopt;
+}
+
+/// Whether only the end of the move matters.
+bool is_free(const PlannedMove& move) {
+  if (const auto* to = std::get_if<api::MoveTo>(&move)) return !to->straight;
+  const auto* joints = std::get_if<api::MoveJoints>(&move);
+  return joints != nullptr && std::ranges::none_of(joints->targets, [](const auto& target) {
+           return target.torque.has_value();
+         });
+}
+
+ReviewedMove reviewed(const MoveRequest& request, const JointVector& rest, api::PlanningMode mode) {
+  const auto* to = std::get_if<api::MoveTo>(&request.move);
+  const bool free = mode == api::PlanningMode::kAvoid && is_free(request.move);
+  return {.start = {rest, request.X_FT},
+          .free_pose = free ? to : nullptr,
+          .is_free = free,
+          .tool = to ? request.limits.effective(to->limits) : request.limits.maximum(),
+          .maximum = request.limits.maximum()};
 }
 
 }  // namespace
@@ -80,12 +101,21 @@ Plan PlanJob::make() const {
       },
       move);
   if (!plan.outcome || plan.search_wanted) return plan;
+  std::optional<MoveReview> review;
+  if (request_.surroundings) {
+    const Surroundings& around = *request_.surroundings;
+    review.emplace(planner, around, reviewed(request_.request, plan.rest, around.mode));
+    plan.outcome = review->run(*motions, request_.search, plan.search_wanted);
+    if (!plan.outcome || plan.search_wanted) return plan;
+    plan.path = review->path(*motions);
+  }
   // From the motion that runs, where it can.
   const auto tool = blend_limits(move, limits);
   const JointMotion* from_rest = (*motions)[0].joint();
   if (moves && tool && from_rest != nullptr) {
     plan.blended =
         planner_->blend_from_motion(plan.state, X_FT, *tool, limits.maximum(), *from_rest);
+    if (plan.blended && review && !review->allows(*plan.blended)) plan.blended.reset();
   }
   plan.motions = std::move(motions);
   return plan;

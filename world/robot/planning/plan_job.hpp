@@ -7,7 +7,9 @@
 #include <optional>
 #include <thread>
 #include <variant>
+#include <vector>
 
+#include "world/robot/avoidance/surroundings.hpp"
 #include "world/robot/planning/motion_planner.hpp"
 #include "world/robot/servo/drive_power.hpp"
 #include "world/robot/trajectory/limits/tool_limits.hpp"
@@ -49,10 +51,14 @@ struct PlanRequest {
   double step_s = 1e-3;
   MotionRunner runner;
   DrivePower drive_power;
-  /// With a search over all postures of a redundant arm where nothing else helps.
+  /// With a search where nothing else helps: over all postures of a redundant arm, or for a way
+  /// round.
   bool search = false;
   /// Targets of joints that MoveJoints does not name; none = where they come to rest.
   std::optional<JointVector> joint_targets;
+  /// Checked against; null = nothing is.
+  std::shared_ptr<const Surroundings> surroundings{};
+  int replans = 0;  ///< made because other robots had begun motions meanwhile
 
   static PlanRequest blank() {
     return {.request = MoveRequest::blank(), .runner = MotionRunner::blank()};
@@ -60,8 +66,9 @@ struct PlanRequest {
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
-    auto& [request, steps, step_s, runner, drive_power, search, joint_targets] = self;
-    io(request, steps, step_s, runner, drive_power, search, joint_targets);
+    auto& [request, steps, step_s, runner, drive_power, search, joint_targets, surroundings,
+           replans] = self;
+    io(request, steps, step_s, runner, drive_power, search, joint_targets, surroundings, replans);
   }
   template <typename In>
   void require_valid(In& in) const {
@@ -83,6 +90,8 @@ struct Plan {
   std::optional<JointMotion> blended;         ///< from the motion that runs, in their place
   JointVector held;                           ///< targets of all joints if none were named
   JointVector joint_targets;                  ///< of MoveJoints
+  /// Positions of the tool point in R, if the motions were checked against surroundings [m].
+  std::shared_ptr<const std::vector<Eigen::Vector3d>> path;
 };
 
 /// The planning of one move, as a function of its request alone: it gives the same bits whichever

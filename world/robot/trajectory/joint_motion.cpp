@@ -152,6 +152,25 @@ void JointMotion::at(double t, JointVector& q) const {
   }
 }
 
+void JointMotion::sample(double interval_s, std::vector<JointVector>& out) const {
+  for (double t = time_; t < duration_; t += interval_s) at(t, out.emplace_back());
+  out.push_back(end_);
+}
+
+void JointMotion::remaining(std::size_t count, std::vector<JointVector>& out) const {
+  for (std::size_t i = 0; i <= count; ++i) {
+    const double share = static_cast<double>(i) / static_cast<double>(count);
+    at(time_ + share * std::max(duration_ - time_, 0.0), out.emplace_back());
+  }
+  if (braking_ || speed_ > 0) return;
+  // Held by the override: it will continue to its target.
+  const JointVector held = out.back();
+  for (std::size_t i = 1; i <= count; ++i) {
+    const double share = static_cast<double>(i) / static_cast<double>(count);
+    out.push_back(held + share * (move_.target - held));
+  }
+}
+
 double JointMotion::deceleration_s() const {
   // From full speed: an acceleration that builds up and falls within its jerk limit.
   const ScalarLimits& l = shared_limits_;

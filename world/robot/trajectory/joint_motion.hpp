@@ -1,7 +1,9 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "world/robot/trajectory/profile/double_s.hpp"
 #include "world/robot/trajectory/profile/joint_limits.hpp"
@@ -61,6 +63,10 @@ class JointMotion {
   bool advance(double dt, JointVector& q);
   /// Position `t` seconds after the start or the last change of the profiles.
   void at(double t, JointVector& q) const;
+  /// Adds the positions from now to the end at intervals of `interval_s`, both ends included.
+  void sample(double interval_s, std::vector<JointVector>& out) const;
+  /// Adds `count` positions on the way that is left, also where the speed override holds it.
+  void remaining(std::size_t count, std::vector<JointVector>& out) const;
   [[nodiscard]] const JointMove& move() const { return move_; }
   [[nodiscard]] const JointVector& end() const { return end_; }
   [[nodiscard]] double duration() const { return duration_; }

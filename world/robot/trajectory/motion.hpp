@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <variant>
+#include <vector>
 
 #include "world/robot/trajectory/joint_motion.hpp"
 #include "world/robot/trajectory/path_motion.hpp"
@@ -41,6 +43,20 @@ class Motion {
   [[nodiscard]] const JointVector& end() const {
     return std::visit([](const auto& motion) -> const JointVector& { return motion.end(); },
                       motion_);
+  }
+
+  [[nodiscard]] double duration() const {
+    const auto* joint = std::get_if<JointMotion>(&motion_);
+    return joint ? joint->duration() : std::get<PathMotion>(motion_).whole_duration();
+  }
+  /// Adds the positions from the start to the end at intervals of `interval_s`, both ends included;
+  /// only before it starts.
+  void sample(double interval_s, std::vector<JointVector>& out) const {
+    std::visit([&](const auto& motion) { motion.sample(interval_s, out); }, motion_);
+  }
+  /// Adds `count` positions on the way that is left.
+  void remaining(std::size_t count, std::vector<JointVector>& out) const {
+    std::visit([&](const auto& motion) { motion.remaining(count, out); }, motion_);
   }
 
   [[nodiscard]] bool is_planned() const {

@@ -51,6 +51,13 @@ class MotionRunner {
   /// Where the last of the motions ends; only while not idle.
   [[nodiscard]] const JointVector& end() const { return has_next_ ? next_.end() : motion_.end(); }
 
+  /// Adds the reference and positions on the way that is left, `count` for each motion.
+  void remaining(std::size_t count, std::vector<JointVector>& out) const {
+    out.push_back(reference_);
+    if (running_) motion_.remaining(count, out);
+    if (has_next_) next_.remaining(count, out);
+  }
+
   static MotionRunner blank() { return MotionRunner(JointVector()); }
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>

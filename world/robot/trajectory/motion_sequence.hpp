@@ -64,6 +64,11 @@ class MotionSequence {
     motion_.brake(arm, how);
     left_ = 0;
   }
+  /// Adds positions on the way that is left, `count` for each motion.
+  void remaining(std::size_t count, std::vector<JointVector>& out) const {
+    motion_.remaining(count, out);
+    for (std::size_t i = left_; i > 0; --i) (*plan_)[plan_->size() - i].remaining(count, out);
+  }
   /// Speed override 0..1 of this and all later motions from now on.
   void set_speed(double fraction) {
     speed_ = fraction;

@@ -69,10 +69,30 @@ JointVector PathMotion::position(const ArmGeometry& arm, double u) const {
   return path_->joint.at(u >= 1 ? length_s() : u * length_s());
 }
 
-JointVector PathMotion::approximate_at(double t) const {
-  const double u = path_->limits.scaling().u_at(profile_.at(t).s);
+JointVector PathMotion::approximate(double u) const {
   if (!path_->in_joint_space) return path_->ik.interpolate(u);
   return path_->joint.at(u >= 1 ? length_s() : u * length_s());
+}
+
+JointVector PathMotion::approximate_at(double t) const {
+  return approximate(path_->limits.scaling().u_at(profile_.at(t).s));
+}
+
+void PathMotion::sample(double interval_s, std::vector<JointVector>& out) const {
+  if (in_self_motion_) self_motion_.sample(interval_s, out);
+  for (double t = 0; t < duration(); t += interval_s) out.push_back(approximate_at(t));
+  out.push_back(end_);
+}
+
+void PathMotion::remaining(std::size_t count, std::vector<JointVector>& out) const {
+  if (in_self_motion_) self_motion_.remaining(count, out);
+  if (in_self_motion_ && braking_) return;
+  const double here = path_->limits.scaling().u_at(profile_.at(time_).s);
+  const double end = braking_ ? path_->limits.scaling().u_at(profile_.end()) : 1;
+  for (std::size_t i = 0; i <= count; ++i) {
+    const double share = static_cast<double>(i) / static_cast<double>(count);
+    out.push_back(approximate(here + share * (end - here)));
+  }
 }
 
 // ---- planning

@@ -39,8 +39,18 @@ class PathMotion {
   /// Position `t` seconds after the start of the path itself or the last change of its profile;
   /// quick, good to some 1e-6 rad.
   [[nodiscard]] JointVector approximate_at(double t) const;
+  /// Adds the positions from the start to the end at intervals of `interval_s`, both ends included;
+  /// only before it starts.
+  void sample(double interval_s, std::vector<JointVector>& out) const;
+  /// Adds `count` positions on the way that is left, also where the speed override holds it.
+  void remaining(std::size_t count, std::vector<JointVector>& out) const;
   [[nodiscard]] const JointVector& end() const { return end_; }
+  /// Duration of the path itself.
   [[nodiscard]] double duration() const { return profile_.duration(); }
+  /// With a self-motion before it.
+  [[nodiscard]] double whole_duration() const {
+    return duration() + (in_self_motion_ ? self_motion_.duration() : 0);
+  }
   [[nodiscard]] bool is_planned() const { return path_ != nullptr && end_.size() > 0; }
   /// Adds what copies share: the path.
   void list(SharedParts& parts) const;
@@ -69,6 +79,7 @@ class PathMotion {
   [[nodiscard]] PathLimits choose_limits(const ArmGeometry& arm, const PathMove& move) const;
   void prefer_quicker_postures(const ArmGeometry& arm, const PathMove& move);
   void plan_self_motion(const PathMove& move, const JointVector& target);
+  [[nodiscard]] JointVector approximate(double u) const;
   [[nodiscard]] double length_s() const;
   [[nodiscard]] std::span<const PathSample> samples() const;
   [[nodiscard]] JointVector position(const ArmGeometry& arm, double u) const;

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "world/api/values/planning_mode.hpp"
 #include "world/api/values/pose.hpp"
 #include "world/api/values/wire_joint.hpp"
 #include "world/scene/model/servers.hpp"
@@ -89,6 +90,8 @@ struct Robot {
   std::vector<std::string> gripper_names;  ///< under which CRCL knows its gripper, too
   std::vector<double> home_rad;
   bool self_collision = true;
+  api::PlanningMode planning = api::PlanningMode::kDirect;  ///< at the start
+  double clearance_m = 0.01;  ///< that planned moves keep from what stands around
   double max_trans_speed_m_s = 1.5, max_trans_accel_m_s2 = 5;
   double max_rot_speed_rad_s = 6, max_rot_accel_rad_s2 = 30;
   Gripper gripper;

@@ -59,8 +59,8 @@ class ObjectReader {
   void robot(const yaml::Node& node) {
     const yaml::Map keys =
         node.map({"name", "type", "base", "crcl_frame", "crcl_tool_point", "crcl_joints",
-                  "crcl_out_of_range", "gripper_names", "home_deg", "self_collision",
-                  "tool_changer", "tool", "vision", "servers"});
+                  "crcl_out_of_range", "gripper_names", "home_deg", "self_collision", "planning",
+                  "clearance_m", "tool_changer", "tool", "vision", "servers"});
     Robot robot;
     if (const Robot* type = read_reference(keys["type"], "robot type", types_.robots)) {
       robot = *type;
@@ -89,6 +89,10 @@ class ObjectReader {
       }
     }
     robot.self_collision = keys["self_collision"].boolean_or(true);
+    if (const yaml::Node mode = keys["planning"]) {
+      robot.planning = static_cast<api::PlanningMode>(mode.word({"direct", "check", "avoid"}));
+    }
+    robot.clearance_m = keys["clearance_m"].number_or(robot.clearance_m, yaml::between(0, 0.2));
     robot.changer = read_tool_changer(keys["tool_changer"]);
     mount(keys["tool"], robot);
     robot.vision = read_vision(keys["vision"]);

@@ -3,10 +3,18 @@ import * as THREE from 'three';
 import type {CellDescription, Snapshot} from '../protocol';
 import {toMatrix, toVector} from './convert';
 
-/** For each robot: the tool frame at the end of the running motion, and the straight line to it. */
+/**
+ * For each robot: the tool frame at the end of the running motion, and the straight line to it, or
+ * the path of the tool where the motion was planned round what stands there.
+ */
 export class Goals {
   readonly root = new THREE.Group();
-  private readonly marks: {X_WR: THREE.Matrix4; frame: THREE.Group; way: THREE.Line}[];
+  private readonly marks: {
+    X_WR: THREE.Matrix4;
+    frame: THREE.Group;
+    way: THREE.Line;
+    path: THREE.Line;
+  }[];
 
   constructor(cell: CellDescription, colors: number[]) {
     this.marks = cell.robots.map((robot, i) => {
@@ -30,22 +38,34 @@ export class Goals {
           opacity: 0.85
         })
       );
-      way.frustumCulled = false;
-      this.root.add(frame, way);
+      const path = new THREE.Line(
+        new THREE.BufferGeometry(),
+        new THREE.LineBasicMaterial({color, transparent: true, opacity: 0.95, depthTest: false})
+      );
+      way.frustumCulled = path.frustumCulled = false;
+      path.renderOrder = 9;
+      this.root.add(frame, way, path);
       return {
         X_WR: toMatrix(robot.baseInWorld).multiply(toMatrix(robot.referenceInBase)),
         frame,
-        way
+        way,
+        path
       };
     });
   }
 
   update(snapshot: Snapshot): void {
-    this.marks.forEach(({X_WR, frame, way}, i) => {
+    this.marks.forEach(({X_WR, frame, way, path}, i) => {
       const robot = snapshot.robots[i],
         goal = robot?.goalInReference;
-      frame.visible = way.visible = goal !== undefined;
+      const planned = robot?.plannedPathM ?? [];
+      frame.visible = goal !== undefined;
+      path.visible = goal !== undefined && planned.length > 0;
+      way.visible = goal !== undefined && planned.length === 0;
       if (!goal) return;
+      if (path.visible) {
+        path.geometry.setFromPoints(planned.map((p) => toVector(p).applyMatrix4(X_WR)));
+      }
       X_WR.clone()
         .multiply(toMatrix(goal))
         .decompose(frame.position, frame.quaternion, frame.scale);

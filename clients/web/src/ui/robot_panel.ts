@@ -1,5 +1,11 @@
 // The pendant of one robot: its state, joints, tool and gripper.
-import {ActionKind, type Pose, type RobotDescription, type RobotState} from '../protocol';
+import {
+  ActionKind,
+  PlanningMode,
+  type Pose,
+  type RobotDescription,
+  type RobotState
+} from '../protocol';
 import {commanderOf, kNotReady} from '../robot_status';
 import type {State} from '../state';
 import type {CellView} from '../scene/cell_view';
@@ -22,8 +28,15 @@ const kCommands: Record<number, string> = {
   [ActionKind.TOOL_CHANGER]: 'tool changer',
   [ActionKind.OVERRIDE]: 'speed override',
   [ActionKind.DWELL]: 'dwell',
-  [ActionKind.MOTION_LIMIT]: 'speed limit'
+  [ActionKind.MOTION_LIMIT]: 'speed limit',
+  [ActionKind.PLANNING]: 'planning'
 };
+
+const kPlanning: [PlanningMode, string][] = [
+  [PlanningMode.DIRECT, 'direct'],
+  [PlanningMode.CHECK, 'refuse collisions'],
+  [PlanningMode.AVOID, 'go round obstacles']
+];
 
 const kAxes = ['x', 'y', 'z'] as const;
 
@@ -37,6 +50,11 @@ export class RobotPanel {
     lower: HTMLElement;
     upper: HTMLElement;
   }[] = [];
+  private readonly planning = h(
+    'select',
+    {title: 'How moves regard what stands around the robot'},
+    ...kPlanning.map(([mode, label]) => h('option', {value: String(mode)}, label))
+  );
   private readonly pose: HTMLInputElement[] = [];
   private readonly poseUnits: HTMLElement[] = [];
   private readonly poseNow: HTMLElement[] = [];
@@ -76,6 +94,12 @@ export class RobotPanel {
     return this.access.command({case: 'robot', value: {robot: this.index, action}});
   }
 
+  private async setPlanning(): Promise<void> {
+    const done = await this.send({case: 'planning', value: Number(this.planning.value)});
+    const now = this.state.snapshot?.robots[this.index];
+    if (!done && now) this.planning.value = String(now.planning);
+  }
+
   private ready(): string {
     const state = this.state.snapshot?.robots[this.index];
     return state && !state.initialized ? kNotReady : '';
@@ -93,11 +117,14 @@ export class RobotPanel {
       hidden: !this.view.draws,
       'data-testid': `look-${this.robot.name}`
     });
+    this.planning.dataset.testid = `planning-${this.robot.name}`;
+    this.planning.addEventListener('change', () => void this.setPlanning());
     return h(
       'section',
       {class: 'card robot-status', 'aria-label': `State of ${this.robot.name}`},
       this.description,
       this.facts.element,
+      h('label', {class: 'planning'}, 'moves', this.access.guard(this.planning)),
       h('div', {class: 'actions'}, init, look)
     );
   }
@@ -331,6 +358,11 @@ export class RobotPanel {
 
   private showStatus(robot: RobotState): void {
     text(this.description, units.inText(robot.action?.description ?? ''));
+    const mode = String(robot.planning);
+    // A choice that is being made stays.
+    if (document.activeElement !== this.planning && this.planning.value !== mode) {
+      this.planning.value = mode;
+    }
     this.facts.set('ready', robot.initialized ? 'yes' : 'no', robot.initialized ? 'good' : '');
     this.facts.set('drives', robot.drivesOn ? 'on' : 'off, brakes hold');
     this.facts.set(

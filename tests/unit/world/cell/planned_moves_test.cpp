@@ -1,0 +1,211 @@
+// Moves that regard what stands around the robot, in the default cell, in stepped time.
+
+#include <memory>
+#include <string>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/pick_place.hpp"
+#include "world/cell/state_bytes.hpp"
+
+namespace aprsim::test {
+namespace {
+
+using api::PlanningMode;
+
+const Eigen::Vector3d kThisSide(0.28, -1.36, 1.08), kThatSide(0.28, -0.94, 1.08);
+
+/// A thin wall across the Fanuc's table, 0.3 m high.
+scene::StaticBox wall() {
+  scene::StaticBox box;
+  box.name = "wall";
+  box.size = {0.5, 0.01, 0.3};
+  box.X_WS.p = {0.33, -1.15, 0.915 + 0.15};
+  return box;
+}
+
+scene::Scene scene_with(PlanningMode mode, bool with_wall) {
+  scene::Scene scene = *load_scene("aprs");
+  for (scene::Robot& robot : scene.robots) robot.planning = mode;
+  // The wall stands where a tray of the scene was.
+  if (with_wall) scene.fixed.push_back(wall());
+  return scene;
+}
+
+class PlannedMoves : public testing::Test {
+ protected:
+  void start(scene::Scene scene) {
+    cell_ = std::make_unique<CellScript>(std::make_shared<const scene::Scene>(std::move(scene)));
+    const auto& robot = cell_->world.description()->robots[0];
+    X_RW_ = (robot.X_WB.isometry() * robot.X_BR.isometry()).inverse();
+    act(api::InitRobot{});
+  }
+  void act(api::RobotAction action) { cell_->act(0, std::move(action)); }
+  [[nodiscard]] api::MoveTo to(const Eigen::Vector3d& p_W, bool straight = false) const {
+    return {Pose::from(X_RW_ * tool_down(p_W, 0)), straight};
+  }
+  /// The error of an action; empty if there is none.
+  std::string error_of(api::RobotAction action) {
+    try {
+      act(std::move(action));
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "";
+  }
+  [[nodiscard]] const api::RobotSnapshot& robot(std::size_t index = 0) const {
+    return cell_->now.robots[index];
+  }
+  [[nodiscard]] bool touched() const { return cell_->now.unintended_contacts != nullptr; }
+  [[nodiscard]] double off(const Eigen::Vector3d& p_W) const {
+    return (robot().X_WT.p - p_W).norm();
+  }
+
+  std::unique_ptr<CellScript> cell_;
+  Eigen::Isometry3d X_RW_;
+};
+
+TEST_F(PlannedMoves, ADirectMoveHitsTheWall) {
+  start(scene_with(PlanningMode::kDirect, true));
+  act(to(kThisSide));
+  EXPECT_EQ(robot().planned_path, nullptr);
+  const std::string error = error_of(to(kThatSide));
+  EXPECT_NE(error.find("wall"), std::string::npos) << error;
+  EXPECT_TRUE(touched());
+}
+
+TEST_F(PlannedMoves, AFreeMoveGoesRoundTheWall) {
+  start(scene_with(PlanningMode::kAvoid, true));
+  act(to(kThisSide));
+  ASSERT_NE(robot().planned_path, nullptr);
+  act(to(kThatSide));
+  EXPECT_LT(off(kThatSide), 1e-3);
+  EXPECT_FALSE(touched());
+  // The path is that of the tool, from one side to the other, over the wall.
+  const auto& path = *robot().planned_path;
+  double highest = 0;
+  for (const Eigen::Vector3d& p_R : path) {
+    highest = std::max(highest, (X_RW_.inverse() * p_R).z());
+  }
+  EXPECT_LT((X_RW_.inverse() * path.front() - kThisSide).norm(), 2e-3);
+  EXPECT_LT((X_RW_.inverse() * path.back() - kThatSide).norm(), 2e-3);
+  EXPECT_GT(highest, 0.915 + 0.3);
+}
+
+TEST_F(PlannedMoves, ActuatedJointsGoRoundTheWall) {
+  start(scene_with(PlanningMode::kAvoid, true));
+  const auto joints = [&] {
+    api::MoveJoints move;
+    for (int i = 0; i < 6; ++i) {
+      const auto slot = static_cast<std::size_t>(i);
+      move.targets.push_back({i, robot().joints[slot].position_rad, std::nullopt, std::nullopt});
+    }
+    return move;
+  };
+  act(to(kThatSide));
+  const api::MoveJoints there = joints();
+  act(to(kThisSide));
+  act(there);
+  EXPECT_LT(off(kThatSide), 1e-3);
+  EXPECT_FALSE(touched());
+}
+
+TEST_F(PlannedMoves, AStraightMoveThroughTheWallIsRefusedBeforeItStarts) {
+  start(scene_with(PlanningMode::kCheck, true));
+  act(to(kThisSide));
+  const Pose before = robot().X_WT;
+  const std::string error = error_of(to(kThatSide, true));
+  EXPECT_EQ(robot().X_WT.p, before.p);
+  EXPECT_NE(error.find("the move is blocked: "), std::string::npos) << error;
+  EXPECT_NE(error.find(" would touch wall at ("), std::string::npos) << error;
+  EXPECT_NE(error.find(" s after its start"), std::string::npos) << error;
+  EXPECT_FALSE(touched());
+  // A free move is not led round in this mode.
+  act(api::InitRobot{});
+  EXPECT_NE(error_of(to(kThatSide)).find("would touch wall"), std::string::npos);
+}
+
+TEST_F(PlannedMoves, ABlockedGoalIsNamed) {
+  start(scene_with(PlanningMode::kAvoid, true));
+  act(to(kThisSide));
+  const Pose before = robot().X_WT;
+  const std::string error = error_of(to({0.28, -1.15, 1.1}));
+  EXPECT_NE(error.find("the goal is blocked: "), std::string::npos) << error;
+  EXPECT_NE(error.find(" touches wall"), std::string::npos) << error;
+  EXPECT_EQ(robot().X_WT.p, before.p);
+}
+
+TEST_F(PlannedMoves, TheModeIsSetByACommand) {
+  start(scene_with(PlanningMode::kDirect, true));
+  act(to(kThisSide));
+  EXPECT_EQ(robot().planning, PlanningMode::kDirect);
+  act(api::SetPlanning{PlanningMode::kAvoid});
+  EXPECT_EQ(robot().planning, PlanningMode::kAvoid);
+  EXPECT_EQ(robot(1).planning, PlanningMode::kDirect);
+  act(to(kThatSide));
+  EXPECT_FALSE(touched());
+}
+
+TEST_F(PlannedMoves, APersonIsAvoided) {
+  start(scene_with(PlanningMode::kAvoid, false));
+  act(to(kThisSide));
+  api::Intruder person;
+  person.X_WI.p = wall().X_WS.p;
+  person.size_m = wall().size;
+  cell_->world.apply(1000, api::SetIntruder{person});
+  const std::string error = error_of(to(kThatSide, true));
+  EXPECT_NE(error.find("would touch the person"), std::string::npos) << error;
+  act(api::InitRobot{});
+  act(to(kThatSide));
+  double highest = 0;
+  for (const Eigen::Vector3d& p_R : *robot().planned_path) {
+    highest = std::max(highest, (X_RW_.inverse() * p_R).z());
+  }
+  EXPECT_GT(highest, 0.915 + 0.3);
+}
+
+/// Between pegs and pockets everything is nearer than the clearance.
+TEST_F(PlannedMoves, PartsCanBeTakenAndPlaced) {
+  start(scene_with(PlanningMode::kAvoid, false));
+  const PickPlaceReport report =
+      pick_and_place(*cell_, 0, "part_large_gear_1", "kit_m2l1_vessel_1", "lg_1", 0);
+  EXPECT_GT(report.lift_m, 0.05);
+  EXPECT_LT(report.place_error_m, 3e-3);
+}
+
+/// Also with the moves as they are planned in threads of their own.
+TEST_F(PlannedMoves, GiveTheSameStatesEachTime) {
+  std::uint64_t first = 0;
+  for (int i = 0; i < 2; ++i) {
+    start(scene_with(PlanningMode::kAvoid, true));
+    act(to(kThisSide));
+    act(to(kThatSide));
+    act(to(kThisSide));
+    const std::uint64_t hash = cell_->world.state_hash();
+    if (i == 0) first = hash;
+    EXPECT_EQ(hash, first);
+  }
+}
+
+/// The surroundings are part of what a saved state keeps while a way round is searched.
+TEST_F(PlannedMoves, ASavedStateContinuesASearch) {
+  start(scene_with(PlanningMode::kAvoid, true));
+  act(to(kThisSide));
+  world::World& world = cell_->world;
+  world.apply(2000, api::RobotCommand{0, to(kThatSide), {}});
+  cell_->advance(60);
+  EXPECT_EQ(off(kThisSide) < 2e-3, true);  // it still searches
+  const world::WorldState state = world.save();
+  const auto read = world::from_bytes(world::to_bytes(state), state);
+  ASSERT_TRUE(read.has_value()) << read.error().message;
+  cell_->advance(8000);
+  world::World other(std::make_shared<const scene::Scene>(*world.scene()), 1);
+  other.restore(*read);
+  for (int i = 0; i < 8000; ++i) other.step();
+  EXPECT_EQ(other.state_hash(), world.state_hash());
+  EXPECT_LT(off(kThatSide), 1e-3);
+}
+
+}  // namespace
+}  // namespace aprsim::test
