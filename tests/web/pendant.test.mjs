@@ -287,6 +287,34 @@ test('a protective stop and drives that are off are marked', async () => {
   await until('no sign', () => mark.isHidden());
 });
 
+test('the way of planning is chosen, and a checked motion has a path that is drawn', async () => {
+  await makeReady('motoman');
+  const planning = page.getByTestId('planning-motoman');
+  assert.equal(await planning.inputValue(), '1');
+  const other = await openPage(browser, daemon);
+  await planning.selectOption({label: 'go round obstacles'});
+  await other.getByTestId('choose-motoman').click();
+  await until(
+    'the choice on another page',
+    async () => (await other.getByTestId('planning-motoman').inputValue()) === '3'
+  );
+  await other.close();
+  await page.getByTestId('jog motoman joint 1 plus').click();
+  await until('a path', () =>
+    page.evaluate(
+      () =>
+        document.querySelector('main.stage').view.state.snapshot.robots[1].plannedPathM.length > 1
+    )
+  );
+  await atRest(1);
+  await planning.selectOption({label: 'direct'});
+  await until('the choice', () =>
+    page.evaluate(
+      () => document.querySelector('main.stage').view.state.snapshot.robots[1].planning === 1
+    )
+  );
+});
+
 test('a robot that is stopped from elsewhere is marked though out of the picture', async () => {
   const client = await CrclClient.open(daemon.ports['crcl.fanuc']);
   await client.run('InitCanonType');

@@ -177,14 +177,15 @@ Result<void> Jogger::move_joint(const api::Snapshot& snapshot) {
     target.position_rad = now.position_rad + (jog.negative() ? -step : step);
   }
   target.speed_rad_s = jog_->wanted.speed() * joint_speed_rad_s(joint, now);
-  return submit(api::MoveJoints{{target}});
+  // A person sees where it goes, and stops before its target.
+  return submit(api::MoveJoints{{target}, true});
 }
 
 Result<void> Jogger::move_tool(const api::Snapshot& snapshot) {
   const auto limits = manual_limits(jog_->wanted.speed());
   if (!limits) return tl::unexpected(limits.error());
   const Pose target = ahead(jog_->wanted.tool(), robot_in(snapshot, robot_).X_RT, jog_->stretch);
-  return submit(api::MoveTo{target, true, *limits});
+  return submit(api::MoveTo{target, true, *limits, {}, true});
 }
 
 void Jogger::release(Viewer viewer) {

@@ -16,7 +16,7 @@ APRSIM_FIELDS(PoseTolerance, FIELD_AS(x_m, tolerance_x_m), FIELD_AS(y_m, toleran
               FIELD_AS(z_m, tolerance_z_m), FIELD_AS(x_axis_rad, tolerance_x_axis_rad),
               FIELD_AS(z_axis_rad, tolerance_z_axis_rad))
 APRSIM_FIELDS(MoveTo, FIELD_IN(target, X_RT, tool_in_robot), FIELD(straight),
-              INLINED_IN(target, limits), INLINED_IN(target, tolerance))
+              INLINED_IN(target, limits), INLINED_IN(target, tolerance), FIELD(may_touch))
 APRSIM_FIELDS(Waypoint, FIELD_AS(X_RT, tool_in_robot), INLINED(limits), INLINED(tolerance))
 APRSIM_FIELDS(MoveThroughTo, FIELD(waypoints), FIELD(straight))
 APRSIM_FIELDS(MoveScrew, FIELD(start), FIELD_AS(axis_point_R, axis_point_m), FIELD(free_m),
@@ -24,7 +24,7 @@ APRSIM_FIELDS(MoveScrew, FIELD(start), FIELD_AS(axis_point_R, axis_point_m), FIE
 APRSIM_FIELDS(JointTorque, FIELD_AS(setting_nm, torque_nm), FIELD_AS(rate_nm_s, torque_rate_nm_s))
 APRSIM_FIELDS(JointTarget, FIELD(joint), FIELD(position_rad), FIELD(speed_rad_s),
               FIELD(accel_rad_s2), INLINED(torque), FIELD(tolerance_rad), FIELD(held))
-APRSIM_FIELDS(MoveJoints, FIELD(targets))
+APRSIM_FIELDS(MoveJoints, FIELD(targets), FIELD(may_touch))
 
 // The other commands to one robot.
 APRSIM_FIELDS(InitRobot)

@@ -36,6 +36,7 @@ struct MoveTo {
   bool straight = false;  ///< straight line of the tool point with shortest rotation; else free
   PoseLimits limits{};
   PoseTolerance tolerance{};  ///< an arm that is pushed aside by more has not arrived
+  bool may_touch = false;     ///< not checked against the surroundings, whatever the mode
 };
 
 inline constexpr std::size_t kMaxWaypoints = 1000;
@@ -96,6 +97,7 @@ struct JointTarget {
 /// named hold their present target.
 struct MoveJoints {
   std::vector<JointTarget> targets;
+  bool may_touch = false;  ///< as of MoveTo
 
   /// See world/archive/archive.hpp.
   template <typename In>

@@ -16,6 +16,13 @@ namespace {
 
 constexpr std::size_t kDescriptionCapacity = 512;
 
+/// The same move without a check: a guard expects a touch.
+api::RobotAction guarded(api::RobotAction action) {
+  if (auto* to = std::get_if<api::MoveTo>(&action)) to->may_touch = true;
+  if (auto* joints = std::get_if<api::MoveJoints>(&action)) joints->may_touch = true;
+  return action;
+}
+
 }  // namespace
 
 SimulatedRobot::SimulatedRobot(const scene::Scene& scene, std::size_t index,
@@ -55,8 +62,13 @@ void SimulatedRobot::apply(api::Ticket ticket, const api::RobotCommand& command)
   if (const auto* set = std::get_if<api::SetGripperForce>(&action)) {
     state_.pressure = std::min(1.0, set->force_n / tools_.full_grip_force_n(tool()));
   }
-  if (state_.faults.has_offset()) {
-    controller_.apply(ticket, ToolOffset(state_.faults).displaced(action), arm_.q());
+  const bool displaced = state_.faults.has_offset();
+  const bool touches =
+      !command.guards.empty() && controller_.planning() != api::PlanningMode::kDirect;
+  if (displaced || touches) {
+    api::RobotAction changed = displaced ? ToolOffset(state_.faults).displaced(action) : action;
+    if (touches) changed = guarded(std::move(changed));
+    controller_.apply(ticket, changed, arm_.q());
   } else {
     controller_.apply(ticket, action, arm_.q());
   }

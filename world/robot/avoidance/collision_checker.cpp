@@ -14,6 +14,8 @@ namespace {
 constexpr double kSlack_m = 3e-4;
 /// Pieces of a motion in which nothing travels farther are not divided.
 constexpr double kFinest_m = 2e-5;
+/// A motion that needs more postures than this counts as blocked: none of a sane state does.
+constexpr std::size_t kMostEvaluations = 60'000;
 /// Larger pieces are divided without a check of their surroundings.
 constexpr double kCoarsest_m = 0.4;
 /// A pair that touches at an end moves apart by at least this share of its way.
@@ -293,6 +295,7 @@ bool CollisionChecker::is_free_between(const PostureCurve& curve, double from, d
   const Verdict verdict = examine(middle, travel);
   if (verdict == Verdict::kFree) return true;
   // Too small to divide: what is so near counts as a touch.
+  if (evaluations_ > last_evaluation_) return false;
   if (levers_.dot(travel) < kFinest_m || (verdict == Verdict::kTouches && !first)) return false;
   const std::optional<Touch> here = touch_;
   if (!is_free_between(curve, from, middle, first)) return false;
@@ -314,6 +317,7 @@ bool CollisionChecker::is_free(const JointVector& from, const JointVector& to) {
 
 bool CollisionChecker::is_free(const PostureCurve& curve) {
   if (curve.length() == 0) return is_free(curve.postures().front());
+  last_evaluation_ = evaluations_ + kMostEvaluations;
   return is_free_between(curve, 0, curve.length(), false);
 }
 
@@ -323,8 +327,10 @@ std::optional<Touch> CollisionChecker::first_touch(const PostureCurve& curve) {
     if (is_free(curve.postures().front())) return std::nullopt;
     return touch_;
   }
+  last_evaluation_ = evaluations_ + kMostEvaluations;
   if (is_free_between(curve, 0, curve.length(), true)) return std::nullopt;
-  return touch_;
+  // Without one it was given up.
+  return touch_.value_or(Touch{model_.name, "something"});
 }
 
 }  // namespace aprsim::robot

@@ -104,6 +104,7 @@ class CollisionChecker {
   std::vector<Eigen::Isometry3d> X_BL_;
   std::optional<Touch> touch_;
   std::size_t evaluations_ = 0;
+  std::size_t last_evaluation_ = 0;  ///< of the check that runs
 };
 
 }  // namespace aprsim::robot

@@ -19,6 +19,13 @@ const char* const kTooManyDeferred =
     "too many commands wait for the tool changer: at most 16, send InitCanon";
 const char* const kHasTheRobot = " has the robot by a stream of motions; StopMotion ends it";
 const char* const kMoveBefore = "the move before: ";
+/// Whether a move is not to be checked.
+bool may_touch(const PlannedMove& move) {
+  if (const auto* to = std::get_if<api::MoveTo>(&move)) return to->may_touch;
+  const auto* joints = std::get_if<api::MoveJoints>(&move);
+  return joints != nullptr && joints->may_touch;
+}
+
 constexpr double kGripperDeadline_s = 2;
 constexpr double kDrivesOffAfterFastStop_s = 1;
 /// A move that had to be planned so often because other robots began to move is refused.
@@ -262,7 +269,7 @@ void RobotController::begin_planning(MoveRequest move, bool search, int replans)
   PlanRequest request = s_.motion.request_plan(arm(), std::move(move));
   request.search = search;
   request.replans = replans;
-  if (mode() != api::PlanningMode::kDirect) {
+  if (mode() != api::PlanningMode::kDirect && !may_touch(request.request.move)) {
     request.surroundings = setup_.surroundings->gather(setup_.index, s_.planning);
   }
   request.steps = latency_steps(request.request.move, search);

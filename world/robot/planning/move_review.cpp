@@ -72,7 +72,7 @@ Result<void> MoveReview::check(const MotionPlan& motions) {
 
 bool MoveReview::allows(const JointMotion& motion) {
   std::vector<JointVector> postures;
-  motion.sample(kSample_s, postures);
+  motion.sample(std::max(kSample_s, motion.duration() / kMostSamples), postures);
   return checker_.is_free(PostureCurve(std::move(postures)));
 }
 

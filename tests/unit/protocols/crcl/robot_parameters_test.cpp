@@ -189,9 +189,9 @@ TEST_F(Services, ParametersAreKeptAndReported) {
   EXPECT_EQ(settings.robot_parameters[2].name, "simulated_time");
   expect_refused("EnableRobotParameterStatusType",
                  "<RobotParameterName>nonsense</RobotParameterName>",
-                 "Unknown robot parameter nonsense; there are speed_override, simulated_time, "
-                 "protective_stop, drives, twist, wrench, configuration, limits and those that "
-                 "have been set");
+                 "Unknown robot parameter nonsense; there are speed_override, planning, "
+                 "simulated_time, protective_stop, drives, twist, wrench, configuration, limits "
+                 "and those that have been set");
 }
 
 TEST_F(Services, WhetherTheDrivesAreOnCanBeRead) {
@@ -223,6 +223,21 @@ TEST_F(Services, GripForceAndSpeedOverrideHaveTheirEffect) {
   EXPECT_EQ(status.override_percent, 40);
 }
 
+TEST_F(Services, TheWayOfPlanningIsSetAndRead) {
+  client_->command(6, "SetRobotParametersType", parameter("planning", "avoid"));
+  EXPECT_EQ(action<api::SetPlanning>(ticket(2)).mode, api::PlanningMode::kAvoid);
+  world_.publish([](api::Snapshot& next) {
+    next.applied = 2;
+    next.robots[0].planning = api::PlanningMode::kAvoid;
+  });
+  client_->command(7, "EnableRobotParameterStatusType",
+                   "<RobotParameterName>planning</RobotParameterName>");
+  // It is set from elsewhere.
+  world_.publish([](api::Snapshot& next) { next.robots[0].planning = api::PlanningMode::kCheck; });
+  const std::vector<crcl::ParameterSetting> check{{"planning", "check"}};
+  EXPECT_EQ(client_->status().settings->robot_parameters, check);
+}
+
 TEST_F(Services, AResetOfTheCellForgetsParameters) {
   client_->command(6, "SetEndEffectorParametersType", parameter("force", "30"));
   world_.report(0, ticket(2), ActionState::kDone);
@@ -241,6 +256,11 @@ TEST_F(Services, ParametersOutOfRangeChangeNothing) {
   expect_refused("SetRobotParametersType",
                  parameter("mood", "x") + parameter("speed_override", "101"),
                  "speed_override 101: must be at least 0 and at most 100 percent");
+  expect_refused("SetRobotParametersType", parameter("planning", "detour"),
+                 "planning detour: must be direct, check, avoid");
+  expect_refused("SetRobotParametersType",
+                 parameter("planning", "avoid") + parameter("speed_override", "10"),
+                 "speed_override and planning need a command each");
   expect_refused("SetRobotParametersType", parameter("simulated_time", "3"),
                  "simulated_time can only be read");
   EXPECT_TRUE(client_->status().settings->robot_parameters.empty());

@@ -181,6 +181,32 @@ TEST_F(Control, ConveyorLeavesWhatIsAbsent) {
   EXPECT_TRUE(command.fault_reset);
 }
 
+TEST_F(Control, TheWayOfPlanningIsSet) {
+  start();
+  v1::SetPlanningRequest request;
+  request.set_robot(cell_->latest()->cell->robots[1].name);
+  request.set_mode(v1::PLANNING_MODE_AVOID);
+  v1::SetPlanningResponse response;
+  {
+    grpc::ClientContext context;
+    ASSERT_TRUE(control_->SetPlanning(&context, request, &response).ok());
+  }
+  const auto command = std::get<api::RobotCommand>(cell_->commands().at(0).body);
+  EXPECT_EQ(command.robot, 1);
+  EXPECT_EQ(std::get<api::SetPlanning>(command.action).mode, api::PlanningMode::kAvoid);
+  {
+    grpc::ClientContext context;
+    request.clear_mode();
+    const auto status = control_->SetPlanning(&context, request, &response);
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  }
+  grpc::ClientContext context;
+  request.set_robot("nobody");
+  const auto status = control_->SetPlanning(&context, request, &response);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_NE(status.error_message().find("no robot is named 'nobody'"), std::string::npos);
+}
+
 TEST_F(Control, AnIntruderIsPlacedAndTakenAway) {
   start();
   v1::SetIntruderRequest request;

@@ -52,6 +52,8 @@ std::vector<api::RobotAction> every_action() {
           api::MoveScrew{waypoint(), Eigen::Vector3d(1, 2, 3), 0.01, 0.02, 3},
           api::MoveScrew{},
           api::MoveJoints{{plain, full}},
+          api::MoveJoints{{plain}, true},
+          api::MoveTo{waypoint().X_RT, false, {}, {}, true},
           api::SetGripper{0},
           api::SetGripperForce{12.5},
           api::SetToolChanger{false},
@@ -59,7 +61,9 @@ std::vector<api::RobotAction> every_action() {
           api::SetOverride{0},
           api::Dwell{std::chrono::nanoseconds(1'234'567'890)},
           api::SetMotionLimit{api::MotionLimit::kTransSpeed, true, 0.5},
-          api::SetMotionLimit{api::MotionLimit::kRotAccel, false, 1}};
+          api::SetMotionLimit{api::MotionLimit::kRotAccel, false, 1},
+          api::SetPlanning{api::PlanningMode::kDirect},
+          api::SetPlanning{api::PlanningMode::kAvoid}};
 }
 
 std::vector<api::TrajectoryAction> every_trajectory_action() {

@@ -136,6 +136,28 @@ TEST_F(PlannedMoves, ABlockedGoalIsNamed) {
   EXPECT_EQ(robot().X_WT.p, before.p);
 }
 
+/// A guard expects a touch, and a person who jogs sees it.
+TEST_F(PlannedMoves, AGuardedMoveIsNotChecked) {
+  start(scene_with(PlanningMode::kAvoid, true));
+  act(to({0.28, -1.2, 1.1}));
+  api::MoveTo aside = to({0.28, -1.1, 1.1}, true);
+  EXPECT_NE(error_of(aside).find("wall"), std::string::npos);
+  act(api::InitRobot{});
+  api::Guard guard;
+  guard.signal = {api::SignalKind::kForceR, 1, false};
+  guard.limit = api::GuardLimit::kOverMax;
+  guard.value = 5;
+  guard.recheck = SimTime::zero();
+  guard.label = "touch";
+  api::Guard other = guard;
+  other.signal.reversed = true;
+  cell_->act(0, api::SetMotionLimit{api::MotionLimit::kTransSpeed, false, 0.02});
+  cell_->act(0, aside, 30, {guard, other});
+  EXPECT_LT(robot().X_WT.p.y(), -1.15);
+  EXPECT_NE(robot().action.description.find("touch"), std::string::npos)
+      << robot().action.description;
+}
+
 TEST_F(PlannedMoves, TheModeIsSetByACommand) {
   start(scene_with(PlanningMode::kDirect, true));
   act(to(kThisSide));
