@@ -180,8 +180,11 @@ Result<void> CollisionChecker::add_end(const JointVector& q, std::size_t end) {
         near_[i].push_back({.obstacle = o, .clearance_m = around_.clearance_m});
         known = near_[i].end() - 1;
       }
-      known->clearance_m = std::min(known->clearance_m, std::max(d, 0.0));
-      if (d < 0) known->ends[end] = {-d, mover.X_BS.translation()};
+      // A gripper that touches a part may slide along it.
+      const bool slides =
+          mover.part == Mover::Part::kTool && obstacle.kind == Obstacle::Kind::kPart;
+      known->clearance_m = std::min(known->clearance_m, slides ? d : std::max(d, 0.0));
+      if (d < 0 && !slides) known->ends[end] = {-d, mover.X_BS.translation()};
       return true;
     });
   }

@@ -26,10 +26,10 @@ struct Touch {
 
 /// Distances of an arm and what it carries from its surroundings and from itself, for the moves
 /// from one posture to another. Everything must keep the clearance. A pair that is nearer at the
-/// start or the goal may come as near as it is there, or touches until it has moved off as steeply
-/// as kWayOut. Motions are checked as a whole: a piece is free when no shape can travel as far in
-/// it as the distance from its middle allows (conservative advancement: Mirtich 1996), so that
-/// nothing is passed through, however thin. Thread: one at a time.
+/// start or the goal may come as near as it is there; a pair that touches there has to part
+/// steeply, but for a gripper and a part. Motions are checked as a whole: a piece is free when no
+/// shape can travel as far in it as the distance from its middle allows (conservative advancement:
+/// Mirtich 1996), so that nothing is passed through, however thin. Thread: one at a time.
 class CollisionChecker {
  public:
   /// The arguments must outlive it.

@@ -1,6 +1,8 @@
 // Moves that regard what stands around the robot, in the default cell, in stepped time.
 
+#include <array>
 #include <memory>
+#include <random>
 #include <string>
 #include <utility>
 
@@ -185,6 +187,69 @@ TEST_F(PlannedMoves, APersonIsAvoided) {
     highest = std::max(highest, (X_RW_.inverse() * p_R).z());
   }
   EXPECT_GT(highest, 0.915 + 0.3);
+}
+
+/// Both robots are sent to the same place in the same step: the plan of the second one is made
+/// again, as the first one has begun its motion meanwhile.
+TEST_F(PlannedMoves, TwoRobotsAvoidEachOther) {
+  start(scene_with(PlanningMode::kAvoid, false));
+  world::World& world = cell_->world;
+  cell_->act(1, api::InitRobot{});
+  const auto& motoman = world.description()->robots[1];
+  const Eigen::Isometry3d X_RW = (motoman.X_WB.isometry() * motoman.X_BR.isometry()).inverse();
+  const Eigen::Vector3d place(0, -0.62, 1.2);
+  world.apply(3000, api::RobotCommand{0, to(place), {}});
+  const api::MoveTo same{Pose::from(X_RW * tool_down(place, 0)), false};
+  world.apply(3001, api::RobotCommand{1, same, {}});
+  cell_->advance(8000);
+  EXPECT_EQ(robot(0).action.state, api::ActionState::kDone) << robot(0).action.description;
+  EXPECT_LT(off(place), 1e-3);
+  EXPECT_EQ(robot(1).action.state, api::ActionState::kError);
+  EXPECT_NE(robot(1).action.description.find("fanuc"), std::string::npos)
+      << robot(1).action.description;
+  EXPECT_FALSE(touched());
+}
+
+/// Random postures, free or not: a move is made or refused, and nothing is touched.
+TEST_F(PlannedMoves, RandomMovesOfBothRobotsTouchNothing) {
+  start(scene_with(PlanningMode::kAvoid, true));
+  world::World& world = cell_->world;
+  std::mt19937_64 random(5);
+  api::Ticket ticket = 4000;
+  std::array<int, 2> reached{}, refused{};
+  std::array<bool, 2> moves{};
+  const auto apply = [&](int r, api::RobotAction action) {
+    world.apply(++ticket, api::RobotCommand{r, std::move(action), {}});
+  };
+  apply(1, api::InitRobot{});
+  for (int step = 0; step < 60'000; ++step) {
+    for (int r = 0; r < 2; ++r) {
+      const auto slot = static_cast<std::size_t>(r);
+      const api::RobotSnapshot& state = robot(slot);
+      if (state.action.ticket != 0 && state.action.state == api::ActionState::kWorking) continue;
+      const bool failed = state.action.state == api::ActionState::kError;
+      if (std::exchange(moves[slot], false)) ++(failed ? refused : reached)[slot];
+      if (failed) {
+        apply(r, api::InitRobot{});
+        continue;
+      }
+      api::MoveJoints move;
+      const auto& joints = world.description()->robots[slot].joints;
+      for (std::size_t i = 0; i < joints.size(); ++i) {
+        const double share = 0.2 + 0.6 * std::uniform_real_distribution<double>(0, 1)(random);
+        move.targets.push_back(
+            {static_cast<int>(i),
+             joints[i].lower_rad + share * (joints[i].upper_rad - joints[i].lower_rad),
+             joints[i].max_speed_rad_s, std::nullopt});
+      }
+      moves[slot] = true;
+      apply(r, std::move(move));
+    }
+    cell_->advance();
+    ASSERT_FALSE(touched()) << step;
+  }
+  for (const int count : reached) EXPECT_GE(count, 5);
+  EXPECT_GE(refused[0] + refused[1], 5);
 }
 
 /// Between pegs and pockets everything is nearer than the clearance.

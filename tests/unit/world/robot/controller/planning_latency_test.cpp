@@ -28,6 +28,22 @@ ControllerSetup with_latency(const std::string& arm, PlanPrefetcher* prefetcher 
   return setup;
 }
 
+TEST(PlanningSteps, AreMoreForChecksAndWaysRound) {
+  const PlanningLatency latency{.base_s = 8e-3, .search_s = 0.25, .check_s = 12e-3, .avoid_s = 0.1};
+  const PlannedMove free = api::MoveTo{}, line = api::MoveTo{.straight = true};
+  const PlannedMove joints = api::MoveJoints{};
+  using api::PlanningMode;
+  const auto steps = [&](const PlannedMove& move, bool search, PlanningMode mode) {
+    return planning_steps(latency, 1e-3, move, search, mode);
+  };
+  EXPECT_EQ(steps(free, false, PlanningMode::kDirect), 8);
+  EXPECT_EQ(steps(free, false, PlanningMode::kCheck), 20);
+  EXPECT_EQ(steps(free, true, PlanningMode::kAvoid), 120);
+  EXPECT_EQ(steps(joints, true, PlanningMode::kAvoid), 120);
+  EXPECT_EQ(steps(line, true, PlanningMode::kAvoid), 270);
+  EXPECT_EQ(steps(line, true, PlanningMode::kDirect), 258);
+}
+
 class Latency : public testing::TestWithParam<const char*> {
  protected:
   Latency() : rig(with_latency(GetParam(), &counter)) { rig.ready(); }
