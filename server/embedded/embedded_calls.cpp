@@ -162,6 +162,7 @@ constexpr std::array kMethods = {
     Method{"Control/RemoveBody", perform<v1::RemoveBodyRequest, v1::RemoveBodyResponse>},
     Method{"Control/SetSceneValue", perform<v1::SetSceneValueRequest, v1::SetSceneValueResponse>},
     Method{"Control/SetConveyor", perform<v1::SetConveyorRequest, v1::SetConveyorResponse>},
+    Method{"Control/SetPlanning", perform<v1::SetPlanningRequest, v1::SetPlanningResponse>},
     Method{"Control/SetIntruder", perform<v1::SetIntruderRequest, v1::SetIntruderResponse>},
     Method{"Control/InjectFault", perform<v1::InjectFaultRequest, v1::InjectFaultResponse>},
     Method{"Control/EndFault", perform<v1::EndFaultRequest, v1::EndFaultResponse>},

@@ -365,11 +365,7 @@ grpc::ServerUnaryReactor* ControlService::SetConveyor(grpc::CallbackServerContex
 grpc::ServerUnaryReactor* ControlService::SetPlanning(grpc::CallbackServerContext* context,
                                                       const v1::SetPlanningRequest* request,
                                                       v1::SetPlanningResponse* response) {
-  const auto planning = protocols::to_command(*request, *source_.latest()->cell);
-  if (!planning) return refuse(context, planning.error());
-  return command(context, *planning, [response](const auto& s, auto t) {
-    write_receipt(s, t, *response->mutable_receipt());
-  });
+  return command(context, *request, *response);
 }
 
 grpc::ServerUnaryReactor* ControlService::SetIntruder(grpc::CallbackServerContext* context,
