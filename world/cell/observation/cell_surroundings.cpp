@@ -15,8 +15,11 @@ using ObstacleKind = robot::Obstacle::Kind;
 
 constexpr double kWidestFixed_m = 40;  ///< nothing reaches farther over the floor
 /// Postures on the way that is left of each of another robot's motions, at most, and how far apart.
-constexpr std::size_t kPostures = 64;
-constexpr double kApart_rad = 0.05;
+constexpr std::size_t kPostures = 256;
+constexpr double kApart_rad = 8e-3;
+/// Places of a shape on that way are so far apart: it grows by half of that, which must be less
+/// than the clearance that robots keep from each other.
+constexpr double kPlacesApart_m = 8e-3;
 /// Half the way from posture to posture, and some for its curvature.
 constexpr double kHalfWay = 0.55;
 const char* const kPerson = "the person";
@@ -170,14 +173,24 @@ class CellSurroundings::Gathering {
       return Eigen::Isometry3d(X_WL[i][each.link] * each.X_LS);
     };
     const std::size_t count = each.link == 0 ? 1 : X_WL.size();
-    double before = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      const double after = i + 1 < count ? travel(pose(i), pose(i + 1), radius) : 0;
+    struct Place {
+      Eigen::Isometry3d X_WS;
+      double before = 0, after = 0;  ///< the way to the neighbours
+    };
+    std::vector<Place> places{{pose(0)}};
+    double way = 0;
+    for (std::size_t i = 1; i < count; ++i) {
+      way += travel(pose(i - 1), pose(i), radius);
+      const bool last = i + 1 == count;
+      if (way == 0 || (way < kPlacesApart_m && !last)) continue;
+      places.back().after = way;
+      places.push_back({pose(i), way, 0});
+      way = 0;
+    }
+    for (const Place& place : places) {
       robot::ConvexShape grown = each.shape;
-      grown.radius_m += kHalfWay * std::max(before, after);
-      // A place that is like the one before adds nothing.
-      if (i == 0 || before > 0 || after > 0) add(grown, pose(i), ObstacleKind::kRobot, each.name);
-      before = after;
+      grown.radius_m += kHalfWay * std::max(place.before, place.after);
+      add(grown, place.X_WS, ObstacleKind::kRobot, each.name);
     }
   }
 

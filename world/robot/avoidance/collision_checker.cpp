@@ -255,9 +255,11 @@ bool CollisionChecker::touches(double u) {
 
 /// Whether the postures that the joints reach from the present one within `travel` are free.
 CollisionChecker::Verdict CollisionChecker::examine(double u, const JointVector& travel) {
-  if (touches(u)) return Verdict::kTouches;
-  const double coarsest = levers_.dot(travel);
-  if (coarsest > kCoarsest_m) return Verdict::kUnproven;
+  if (levers_.dot(travel) <= kCoarsest_m && is_proven(u, travel)) return Verdict::kFree;
+  return touches(u) ? Verdict::kTouches : Verdict::kUnproven;
+}
+
+bool CollisionChecker::is_proven(double u, const JointVector& travel) {
   for (std::size_t i = 0; i < movers_.size(); ++i) {
     const Mover& mover = movers_[i];
     if (mover.link == 0) continue;
@@ -272,7 +274,7 @@ CollisionChecker::Verdict CollisionChecker::examine(double u, const JointVector&
           record(u, i, around_.names[obstacle.name], d);
           return false;
         });
-    if (!proven) return Verdict::kUnproven;
+    if (!proven) return false;
   }
   for (const SelfPair& pair : self_pairs_) {
     const Mover& a = movers_[pair.mover];
@@ -283,9 +285,9 @@ CollisionChecker::Verdict CollisionChecker::examine(double u, const JointVector&
     const double d = distance_bound(a.shape, a.X_BS, b.shape, b.X_BS, needed);
     if (d >= needed) continue;
     record(u, pair.mover, *b.name, d);
-    return Verdict::kUnproven;
+    return false;
   }
-  return Verdict::kFree;
+  return true;
 }
 
 bool CollisionChecker::is_free_between(const PostureCurve& curve, double from, double to,

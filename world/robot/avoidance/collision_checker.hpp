@@ -88,6 +88,7 @@ class CollisionChecker {
   [[nodiscard]] double depth_allowed(const Mover& mover, const Obstacle& obstacle) const;
   [[nodiscard]] double clearance_of(std::size_t mover, std::size_t obstacle, double way) const;
   [[nodiscard]] bool touches(double u);
+  [[nodiscard]] bool is_proven(double u, const JointVector& travel);
   [[nodiscard]] Verdict examine(double u, const JointVector& travel);
   [[nodiscard]] bool is_free_between(const PostureCurve& curve, double from, double to, bool first);
   void record(double u, std::size_t mover, const std::string& other, double distance_m);

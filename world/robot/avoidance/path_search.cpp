@@ -147,8 +147,9 @@ double PathSearch::length(const std::vector<JointVector>& path) const {
 std::vector<JointVector> PathSearch::find(const JointVector& start, const JointVector& goal,
                                           const PathSearchEffort& effort) {
   if (checker_.is_free(start, goal)) return {start, goal};
+  last_evaluation_ = checker_.evaluations() + effort.evaluations;
   std::vector<JointVector> best;
-  for (int i = 0; i < effort.attempts; ++i) {
+  for (int i = 0; i < effort.attempts && !ended(); ++i) {
     const std::uint64_t seed = effort.seed + 1000003 * static_cast<std::uint64_t>(i);
     std::vector<JointVector> path = connect(start, goal, effort.iterations, seed);
     if (path.empty()) continue;
@@ -156,6 +157,12 @@ std::vector<JointVector> PathSearch::find(const JointVector& start, const JointV
     if (best.empty() || length(path) < length(best)) best = std::move(path);
   }
   return best;
+}
+
+/// Whether its effort is spent, or nobody waits for it.
+bool PathSearch::ended() const {
+  return checker_.evaluations() > last_evaluation_ ||
+         (cancelled_ != nullptr && cancelled_->load(std::memory_order_relaxed));
 }
 
 std::vector<JointVector> PathSearch::connect(const JointVector& start, const JointVector& goal,
@@ -190,9 +197,7 @@ std::vector<JointVector> PathSearch::connect(const JointVector& start, const Joi
   planner.setProblemDefinition(problem);
   planner.setup();
   int left = iterations;
-  const ob::PlannerTerminationCondition ends([&] {
-    return left-- <= 0 || (cancelled_ != nullptr && cancelled_->load(std::memory_order_relaxed));
-  });
+  const ob::PlannerTerminationCondition ends([&] { return left-- <= 0 || ended(); });
   if (planner.solve(ends) != ob::PlannerStatus::EXACT_SOLUTION) return {};
   std::vector<JointVector> path;
   auto* found = problem->getSolutionPath()->as<og::PathGeometric>();
@@ -210,7 +215,7 @@ std::vector<JointVector> PathSearch::connect(const JointVector& start, const Joi
 void PathSearch::shorten(std::vector<JointVector>& path, int tries, std::uint64_t seed) {
   drop_postures(path);
   Numbers numbers(seed ^ 0x9e3779b97f4a7c15ULL);
-  for (int i = 0; i < tries && path.size() > 2; ++i) {
+  for (int i = 0; i < tries && path.size() > 2 && !ended(); ++i) {
     const PostureCurve curve(path);
     // Places by distance, so that long pieces are met as often as they are long.
     const auto place = [&](double share) {

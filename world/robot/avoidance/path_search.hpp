@@ -14,6 +14,8 @@ struct PathSearchEffort {
   int iterations = 1500;  ///< of the planner, for each attempt
   int attempts = 3;       ///< each with numbers of its own; the shortest path counts
   int shortcuts = 60;     ///< tries to shorten each path
+  /// Postures that are measured, at most; a few more where a motion is being checked.
+  std::size_t evaluations = 60'000;
   std::uint64_t seed = 1;
 };
 
@@ -36,6 +38,7 @@ class PathSearch {
  private:
   [[nodiscard]] std::vector<JointVector> connect(const JointVector& start, const JointVector& goal,
                                                  int iterations, std::uint64_t seed);
+  [[nodiscard]] bool ended() const;
   void shorten(std::vector<JointVector>& path, int tries, std::uint64_t seed);
   void drop_postures(std::vector<JointVector>& path);
   [[nodiscard]] double distance(const JointVector& a, const JointVector& b) const;
@@ -44,6 +47,7 @@ class PathSearch {
   const JointLimits& limits_;
   const std::atomic<bool>* cancelled_;
   JointVector weights_;
+  std::size_t last_evaluation_ = 0;
 };
 
 }  // namespace aprsim::robot

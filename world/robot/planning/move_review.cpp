@@ -18,7 +18,7 @@ constexpr double kMostSamples = 2000;
 constexpr std::size_t kPathPoints = 32;
 /// Shares of the widest blends at the corners of a path, tried in this order; 0 stops there.
 constexpr std::array kBlends{1.0, 0.5, 0.25, 0.1, 0.0};
-constexpr PathSearchEffort kEffort{}, kEffortElsewhere{.attempts = 1};
+constexpr PathSearchEffort kEffort{}, kEffortElsewhere{.attempts = 1, .evaluations = 15'000};
 constexpr std::size_t kMostTargets = 4;
 
 /// The postures of all motions at equal intervals of time, with the interval.

@@ -77,6 +77,15 @@ TEST(PathSearch, EndsWithoutAPathWhereThereIsNone) {
   EXPECT_TRUE(find(way, {.iterations = 200, .attempts = 1}).empty());
 }
 
+TEST(PathSearch, EndsAfterSoManyPostures) {
+  const OverTheWall way(0.65);
+  CollisionChecker checker(way.model, way.walled.around);
+  ASSERT_TRUE(checker.set_ends(way.start, way.goal).has_value());
+  PathSearch search(checker, way.limits);
+  EXPECT_TRUE(search.find(way.start, way.goal, {.evaluations = 0}).empty());
+  EXPECT_LT(checker.evaluations(), 2000U);
+}
+
 TEST(PathSearch, GivesUpWhenItIsCancelled) {
   const OverTheWall way(0.65);
   CollisionChecker checker(way.model, way.walled.around);
