@@ -250,7 +250,10 @@ int start(int argc, char** argv) {
   if (invocation->check_only) {
     Daemon::check(invocation->config, shared);
     std::cout << "scene " << shared->name << ": " << shared->robots.size() << " robots, "
-              << shared->trays.size() << " trays, " << shared->gears.size() << " gears; ok\n";
+              << shared->trays.size() << " trays, " << shared->gears.size() << " gears"
+              << (shared->parts.empty() ? ""
+                                        : ", " + std::to_string(shared->parts.size()) + " parts")
+              << "; ok\n";
     return EXIT_SUCCESS;
   }
   return serve(*invocation, std::move(shared));

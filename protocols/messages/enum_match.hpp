@@ -53,7 +53,7 @@ struct EnumMatch<api::CellEventKind>
 };
 
 template <>
-struct EnumMatch<api::BodyKind> : SameOrder<api::BodyKind::kKitTray, v1::BodyKind_MAX> {};
+struct EnumMatch<api::BodyKind> : SameOrder<api::BodyKind::kPart, v1::BodyKind_MAX> {};
 template <>
 struct EnumMatch<api::CurtainReaction>
     : SameOrder<api::CurtainReaction::kAll, v1::CurtainReaction_MAX> {};

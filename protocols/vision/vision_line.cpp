@@ -12,6 +12,7 @@ namespace {
 const char* type_code(api::BodyKind kind) {
   switch (kind) {
     case api::BodyKind::kGear:
+    case api::BodyKind::kPart:
       return "P";
     case api::BodyKind::kPartTray:
       return "PT";

@@ -34,6 +34,11 @@ api::BodyDescription describe_body(const scene::FreeBody& body, const scene::Sce
   if (body.is_gear()) return out;
   out.box_min = body.slab.min();
   out.box_max = body.slab.max();
+  if (body.is_part()) {
+    out.pieces = body.pieces;
+    out.material = scene.part_types.at(body.type).material;
+    return out;
+  }
   if (body.outline) out.outline = body.outline->corners;
   const scene::TrayType& type = scene.tray_types.at(body.type);
   if (type.label) {
@@ -102,6 +107,10 @@ api::CellDescription describe_cell(const scene::Scene& scene) {
   }
   for (const auto& [name, type] : scene.tray_types) cell.body_types.push_back(name);
   for (const auto& [name, type] : scene.gear_types) cell.body_types.push_back(name);
+  for (const auto& [name, type] : scene.part_types) cell.body_types.push_back(name);
+  for (const auto& fixture : scene.fixtures) {
+    cell.fixtures.push_back({fixture.name, fixture.X_WP, fixture.pieces});
+  }
   cell.scene_text = std::shared_ptr<const std::string>(std::make_shared<std::string>(scene.text));
   for (const auto& tool : scene::tools_of(scene)) cell.tools.push_back(describe_tool(tool));
   for (const auto& camera : scene.cameras) cell.cameras.push_back(describe_camera(camera, scene));

@@ -34,7 +34,9 @@ Eigen::Isometry3d shifted(const Eigen::Isometry3d& X_WB, const FaultSpec& fault)
 Eigen::Isometry3d turned_over(const Eigen::Isometry3d& X_WB, const scene::FreeBody& gear) {
   Eigen::Isometry3d out = X_WB;
   out.linear() = X_WB.linear() * Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX());
-  out.translation() += X_WB.linear().col(2) * std::max(gear.disc_height_m, gear.peg_top_m);
+  const double top = gear.is_part() ? gear.slab.min().z() + gear.slab.max().z()
+                                    : std::max(gear.disc_height_m, gear.peg_top_m);
+  out.translation() += X_WB.linear().col(2) * top;
   return out;
 }
 
@@ -106,11 +108,11 @@ std::string FaultExecutor::shift_tray(const FaultSpec& fault) {
   const Eigen::Isometry3d X_WP = pose_of(state);
   const Eigen::Isometry3d X_new = shifted(X_WP, fault);
   std::vector<Placement> moved{{fault.body, X_new}};
-  // Gears that stand on the tray move with it.
+  // Gears and parts that stand on the tray move with it.
   const auto& bodies = parts_.settings.bodies;
   const scene::FreeBody& tray = bodies[static_cast<std::size_t>(fault.body)];
   for (int i = 0; i < parts_.physics.body_count(); ++i) {
-    if (!bodies[static_cast<std::size_t>(i)].is_gear()) continue;
+    if (bodies[static_cast<std::size_t>(i)].is_tray()) continue;
     const physics::BodyState gear = parts_.physics.body(i);
     if (gear.lost_step || !scene::stands_on(pose_of(gear), X_WP, tray)) continue;
     moved.push_back({i, X_new * X_WP.inverse() * pose_of(gear)});

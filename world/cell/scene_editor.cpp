@@ -15,8 +15,9 @@ using WorldPtr = std::unique_ptr<World>;
 Result<int> find_body(const World& world, const std::string& name) {
   const auto body = world.settings().find_body(name);
   if (!body) {
-    return fail(ErrorCode::kNotFound, "name",
-                "'" + name.substr(0, api::kMaxSceneText) + "' is no gear or tray of the cell");
+    return fail(
+        ErrorCode::kNotFound, "name",
+        "'" + name.substr(0, api::kMaxSceneText) + "' is no gear, tray or part of the cell");
   }
   if (world.physics().body(*body).lost_step) {
     return fail(ErrorCode::kFailedPrecondition, "name",
@@ -41,8 +42,10 @@ Result<WorldPtr> with_value(const World& world, const api::SetSceneValue& set) {
   return next;
 }
 
-/// Gears and trays of the scene's file.
-std::size_t bodies_in(const scene::Scene& scene) { return scene.gears.size() + scene.trays.size(); }
+/// Free bodies of the scene's file, without tools.
+std::size_t bodies_in(const scene::Scene& scene) {
+  return scene.gears.size() + scene.trays.size() + scene.parts.size();
+}
 
 Result<WorldPtr> with_body(const World& world, const api::SpawnBody& spawn) {
   const std::size_t added = bodies_in(*world.scene()) - bodies_in(world.base_scene());

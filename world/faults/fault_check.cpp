@@ -64,11 +64,12 @@ Result<int> find_eye(const api::CellDescription& cell, const std::string& name, 
   return index_of(cell.conveyor.photo_eyes, name, field, "photo-eye of the belt");
 }
 
-/// A gear, a tray, or either.
+/// A gear or part, a tray, or either.
 Result<int> find_body(const api::CellDescription& cell, const std::string& name, bool gears,
                       bool trays) {
   const auto fits = [&](const api::BodyDescription& body) {
-    return body.kind == api::BodyKind::kGear ? gears : trays;
+    const bool tray = body.kind == api::BodyKind::kPartTray || body.kind == api::BodyKind::kKitTray;
+    return tray ? trays : gears;
   };
   std::vector<std::string> names;
   for (std::size_t i = 0; i < cell.bodies.size(); ++i) {
@@ -76,7 +77,7 @@ Result<int> find_body(const api::CellDescription& cell, const std::string& name,
     if (cell.bodies[i].name == name) return static_cast<int>(i);
     names.push_back(cell.bodies[i].name);
   }
-  const char* what = gears && trays ? "gear or tray" : gears ? "gear" : "tray";
+  const char* what = gears && trays ? "gear, tray or part" : gears ? "gear or part" : "tray";
   return bad_fault("target",
                    quoted(name) + " is no " + what + " of the cell; there are: " + joined(names),
                    ErrorCode::kNotFound);
@@ -237,7 +238,8 @@ struct TriggerCheck {
     if (placed.type.empty()) return bad_fault("placed", "no type of gear is named");
     bool known = false;
     for (const auto& body : cell.bodies) {
-      known = known || (body.kind == api::BodyKind::kGear && body.type == placed.type);
+      const bool workpiece = body.kind == api::BodyKind::kGear || body.kind == api::BodyKind::kPart;
+      known = known || (workpiece && body.type == placed.type);
     }
     if (!known) {
       return bad_fault("placed", quoted(placed.type) + " is no type of gear of the cell",

@@ -55,7 +55,8 @@ void check_joint(const yaml::Node& node, const std::string& target, const scene:
 
 void check_target(const yaml::Node& node, const std::string& target, faults::Target kind,
                   const scene::Scene& scene) {
-  const auto gears = names_of(scene.gears), trays = names_of(scene.trays);
+  auto gears = names_of(scene.gears), trays = names_of(scene.trays);
+  for (const auto& part : scene.parts) gears.push_back(part.name);
   const auto [first, second] = halves(target);
   switch (kind) {
     case faults::Target::kCell:
@@ -103,7 +104,9 @@ struct WhenCheck {
     check_name_in(node, name, "robot", names_of(scenario.scene.robots));
   }
   void operator()(const faults::WhenPlaced& placed) const {
-    check_name_in(node, placed.type, "gear type", scene::keys_of(scenario.scene.gear_types));
+    auto types = scene::keys_of(scenario.scene.gear_types);
+    for (const auto& [name, type] : scenario.scene.part_types) types.push_back(name);
+    check_name_in(node, placed.type, "gear or part type", types);
     if (!placed.robot.empty()) robot(placed.robot);
   }
   void operator()(const faults::WhenGrasped& grasped) const { robot(grasped.robot); }

@@ -19,13 +19,20 @@ struct Object {
   const yaml::Node* node = nullptr;  ///< null: fixed
   int tray = -1;                     ///< of a tray its number, of a gear that of its own tray
   bool is_tray = false;
+  const PartType* part = nullptr;       ///< of a part
+  const TrayType* tray_type = nullptr;  ///< of a tray
+  Pose X_WP;                            ///< of a part or tray
 };
 
 double depth_between(const Object& a, const Object& b) {
   double depth = 0;
-  for (const Solid& solid_a : a.solids) {
+  for (std::size_t i = 0; i < a.solids.size(); ++i) {
     for (const Solid& solid_b : b.solids) {
-      depth = std::max(depth, overlap_depth(solid_a, solid_b));
+      const double own = overlap_depth(a.solids[i], solid_b);
+      if (own <= kTolerance) continue;
+      const bool seated = a.part != nullptr && b.is_tray &&
+                          lies_in_pocket(a.part->pieces[i], a.X_WP, *b.tray_type, b.X_WP);
+      if (!seated) depth = std::max(depth, own);
     }
   }
   return depth;
@@ -52,6 +59,13 @@ std::vector<Object> fixed_objects(const Scene& scene) {
   for (const StaticBox& box : scene.fixed) {
     objects.push_back({.name = box.name, .solids = {solid_of(box)}});
   }
+  for (const Fixture& fixture : scene.fixtures) {
+    Object object{.name = fixture.name};
+    for (const api::Piece& piece : fixture.pieces) {
+      object.solids.push_back(solid_of(piece, fixture.X_WP));
+    }
+    objects.push_back(std::move(object));
+  }
   if (scene.conveyor) {
     objects.push_back({.name = "the conveyor's belt", .solids = {solid_of(*scene.conveyor)}});
   }
@@ -66,7 +80,9 @@ std::vector<Object> free_objects(const Scene& scene, const BodyNodes& nodes) {
                        .solids = {solid_of(scene.tray_types.at(tray.type), tray.X_WP)},
                        .node = &nodes.trays[i],
                        .tray = static_cast<int>(i),
-                       .is_tray = true});
+                       .is_tray = true,
+                       .tray_type = &scene.tray_types.at(tray.type),
+                       .X_WP = tray.X_WP});
   }
   for (std::size_t i = 0; i < scene.gears.size(); ++i) {
     const GearInstance& gear = scene.gears[i];
@@ -75,6 +91,15 @@ std::vector<Object> free_objects(const Scene& scene, const BodyNodes& nodes) {
                        .solids = {solids.begin(), solids.end()},
                        .node = &nodes.gears[i],
                        .tray = tray_of(scene, gear.name)});
+  }
+  for (std::size_t i = 0; i < scene.parts.size(); ++i) {
+    const PartInstance& part = scene.parts[i];
+    const PartType& type = scene.part_types.at(part.type);
+    Object object{.name = part.name, .node = &nodes.parts[i], .part = &type, .X_WP = part.X_WP};
+    for (const api::Piece& piece : type.pieces) {
+      object.solids.push_back(solid_of(piece, part.X_WP));
+    }
+    objects.push_back(std::move(object));
   }
   return objects;
 }

@@ -72,6 +72,7 @@ bool may_change(const std::vector<std::string>& keys) {
   if (std::ranges::find(keys, "") != keys.end() || keys.size() < 2) return false;
   if (keys[0] == "physics") return keys[1] != "step_s" && keys[1] != "simplification";
   if (keys[0] == "gear_types" || keys[0] == "tray_types") return keys.size() == 3;
+  if (keys[0] == "part_types") return keys.size() == 3 && keys[2] != "pieces";
   return keys[0] == "robots" && keys.size() >= 4 && keys[2] == "vision" && keys[3] != "rate_hz" &&
          keys[3] != "latency_s";
 }
@@ -88,7 +89,8 @@ Value* named(Value& list, const std::string& name) {
 /// Whether both have the same number of everything, so that states fit both.
 bool same_parts(const Scene& a, const Scene& b) {
   return a.robots.size() == b.robots.size() && a.trays.size() == b.trays.size() &&
-         a.gears.size() == b.gears.size() && tools_of(a).size() == tools_of(b).size();
+         a.gears.size() == b.gears.size() && a.parts.size() == b.parts.size() &&
+         tools_of(a).size() == tools_of(b).size();
 }
 
 }  // namespace
@@ -103,7 +105,9 @@ Result<Scene> with_body(const Scene& scene, const std::string& type, const std::
   child_of(body, "type") = text_scalar(type);
   child_of(body, "xyz_m") = yaml::detail::list({X_WB.p.x(), X_WB.p.y(), X_WB.p.z()});
   child_of(body, "rpy_deg") = yaml::detail::list({turns.x(), turns.y(), turns.z()});
-  Value& bodies = child_of(*tree, scene.tray_types.contains(type) ? "trays" : "gears");
+  Value& bodies = child_of(*tree, scene.tray_types.contains(type)   ? "trays"
+                                  : scene.part_types.contains(type) ? "parts"
+                                                                    : "gears");
   bodies.kind = Value::Kind::kList;
   bodies.entries.clear();
   bodies.items.push_back(std::move(body));
@@ -117,7 +121,8 @@ Result<Scene> with_value(const Scene& scene, const std::string& path, const std:
         ErrorCode::kInvalidArgument, "path",
         "'" + path +
             "' cannot be changed in a running cell; these values can: physics (except step_s and "
-            "simplification), gear_types.TYPE, tray_types.TYPE, robots.NAME.vision (except rate_hz "
+            "simplification), gear_types.TYPE, tray_types.TYPE, part_types.TYPE (except pieces), "
+            "robots.NAME.vision (except rate_hz "
             "and latency_s)");
   }
   auto tree = tree_of(scene);

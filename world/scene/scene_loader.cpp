@@ -8,6 +8,7 @@
 #include "world/base/yaml/yaml_tree.hpp"
 #include "world/scene/overlap_check.hpp"
 #include "world/scene/readers/object_reader.hpp"
+#include "world/scene/readers/piece_reader.hpp"
 #include "world/scene/readers/reading.hpp"
 
 namespace aprsim::scene {
@@ -18,8 +19,8 @@ namespace {
 
 using yaml::detail::Value;
 
-constexpr std::array<std::string_view, 4> kTypeKeys = {"pockets", "gear_types", "tray_types",
-                                                       "robot_types"};
+constexpr std::array<std::string_view, 5> kTypeKeys = {"pockets", "gear_types", "tray_types",
+                                                       "part_types", "robot_types"};
 
 ShippedFiles shipped(const DataPaths& paths) { return {paths.scenes, paths.models}; }
 
@@ -79,9 +80,10 @@ class Loader {
   Result<Scene> load(Result<yaml::Document> document, bool check_places = true) {
     if (!document) return tl::unexpected(std::move(document.error()));
     const yaml::Map keys =
-        document->root().map({"seed", "types", "physics", "pockets", "gear_types", "tray_types",
-                              "robot_types", "tools", "robots", "cameras", "conveyor",
-                              "light_curtain", "fixed", "holders", "floor", "trays", "gears"});
+        document->root().map({"seed",       "types",      "physics",       "pockets", "gear_types",
+                              "tray_types", "part_types", "robot_types",   "tools",   "robots",
+                              "cameras",    "conveyor",   "light_curtain", "fixed",   "fixtures",
+                              "holders",    "floor",      "trays",         "gears",   "parts"});
     if (document->error()) return tl::unexpected(*document->error());
     if (auto read = read_type_files(keys["types"]); !read) {
       return tl::unexpected(std::move(read.error()));
@@ -121,6 +123,8 @@ class Loader {
     BodyNodes nodes = read_objects(keys, types_, scene);
     scene.gear_types = types_.gears;
     scene.tray_types = types_.trays;
+    scene.part_types = types_.parts;
+    if (keys["physics"]) check_materials(keys["physics"].map(kPhysicsKeys)["materials"], scene);
     scene.type_files = type_files_;
     return nodes;
   }

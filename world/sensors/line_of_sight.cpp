@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <variant>
+
+#include "world/scene/model/pieces.hpp"
 
 namespace aprsim::sensors {
 namespace {
@@ -134,6 +137,22 @@ std::optional<double> first_hit(const Occluder& occluder, const Eigen::Vector3d&
   const Eigen::Isometry3d X_SW = occluder.X_WS.inverse();
   const Eigen::Vector3d a_S = X_SW * a_W;
   return std::visit(Sight{a_S, X_SW * b_W - a_S}, occluder.shape);
+}
+
+Occluder occluder_of(const api::Piece& piece, const Eigen::Isometry3d& X_WB) {
+  const Eigen::AlignedBox3d box = scene::own_bounds_of(piece);
+  Occluder out;
+  out.X_WS = X_WB * piece.X_BP.isometry() * Eigen::Translation3d(box.center());
+  if (const auto* cone = std::get_if<api::ConePiece>(&piece.shape)) {
+    out.shape =
+        robot::CylinderShape{std::max(cone->bottom_radius_m, cone->top_radius_m), cone->height_m};
+  } else if (const auto* capsule = std::get_if<api::CapsulePiece>(&piece.shape)) {
+    out.shape = robot::CapsuleShape{capsule->radius_m, capsule->length_m};
+  } else {
+    out.shape = robot::BoxShape{box.sizes()};
+  }
+  out.bound_m = bounding_radius(out.shape);
+  return out;
 }
 
 }  // namespace aprsim::sensors

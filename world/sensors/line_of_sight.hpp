@@ -39,6 +39,9 @@ struct Occluder {
 
 [[nodiscard]] double bounding_radius(const Shape& shape);
 
+/// A piece of a part; a cone as the cylinder around it, prisms and hulls as the boxes around them.
+[[nodiscard]] Occluder occluder_of(const api::Piece& piece, const Eigen::Isometry3d& X_WB);
+
 /// Distance of a point to the segment from a to b.
 [[nodiscard]] double distance_to_segment(const Eigen::Vector3d& point, const Eigen::Vector3d& a,
                                          const Eigen::Vector3d& b);

@@ -40,13 +40,13 @@ Points points_of(const scene::FreeBody& body) {
   return points;
 }
 
-/// Whether an occluder is part of a body, or of a gear that stands on that body, a tray.
+/// Whether an occluder is part of a body, or of a gear or part that stands on that body, a tray.
 bool belongs_to(const Occluder& occluder, std::size_t body, std::span<const scene::FreeBody> bodies,
                 std::span<const Eigen::Isometry3d> X_WP) {
   if (occluder.body < 0) return false;
   const auto other = static_cast<std::size_t>(occluder.body);
   if (other == body) return true;
-  return !bodies[body].is_gear() && bodies[other].is_gear() &&
+  return bodies[body].is_tray() && !bodies[other].is_tray() &&
          scene::stands_on(X_WP[other], X_WP[body], bodies[body]);
 }
 
@@ -106,12 +106,13 @@ void OverheadCamera::detect(std::span<const scene::FreeBody> bodies,
   }
 }
 
-/// The reported angle; of a symmetric object any equivalent one. Always draws the same count of
-/// numbers.
+/// The reported angle; of a symmetric object any equivalent one. A body always draws the same
+/// count of numbers.
 double OverheadCamera::mistaken_yaw(const scene::FreeBody& body, double yaw, Random& random) const {
   if (body.is_gear()) {
     return vision_.gear_yaw_rad ? *vision_.gear_yaw_rad * (2 * random.uniform() - 1) : yaw;
   }
+  if (body.is_part()) return yaw;
   yaw += vision_.tray_yaw_offset_rad;
   const double rate = body.kind == api::BodyKind::kKitTray ? vision_.kit_tray_flip_rate
                                                            : vision_.part_tray_flip_rate;

@@ -1,5 +1,6 @@
 #include "world/sensors/photo_eyes.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "world/sensors/line_of_sight.hpp"
@@ -30,6 +31,11 @@ bool PhotoEyes::breaks(std::size_t eye, const scene::FreeBody& body, const Pose&
   const Eigen::Vector3d start_W = X_WC_ * Eigen::Vector3d(beam.x_m, -half_width_m_, beam.height_m);
   const Eigen::Vector3d end_W = X_WC_ * Eigen::Vector3d(beam.x_m, half_width_m_, beam.height_m);
   const Eigen::Isometry3d X = X_WB.isometry();
+  if (body.is_part()) {
+    return std::ranges::any_of(body.pieces, [&](const api::Piece& piece) {
+      return hides(occluder_of(piece, X), start_W, end_W);
+    });
+  }
   if (!body.is_gear()) {
     return hides({.X_WS = X * Eigen::Translation3d(body.slab.center()),
                   .shape = slab_shape(body.slab, body.outline)},

@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -176,6 +178,9 @@ Json transforms_json(double time_s, const v1::Snapshot& snapshot, const v1::Cell
     for (const auto& robot : cell->robots()) {
       all.push_back(transform_json(time_s, kWorld, robot.name() + "/base", robot.base_in_world()));
     }
+    for (const auto& fixture : cell->fixtures()) {
+      all.push_back(transform_json(time_s, kWorld, fixture.name(), fixture.fixture_in_world()));
+    }
   }
   return {{"transforms", all}};
 }
@@ -236,7 +241,76 @@ Json slab_json(const v1::TrayGeometry& tray, const Json& color) {
           {"color", color}};
 }
 
-/// The entities of the scene: boxes and gears, each fixed to its frame.
+/// A pose in another one, about whose z it is centred.
+Json ball_json(const v1::Pose& pose, const Json& offset_position, double radius,
+               const Json& color) {
+  return {{"pose", {{"position", offset_position}, {"orientation", turn_json(pose.orientation())}}},
+          {"size", vector_json(2 * radius, 2 * radius, 2 * radius)},
+          {"color", color}};
+}
+
+/// Point at height z of a frame.
+Json point_on_axis(const v1::Pose& pose, double z) {
+  const auto& q = pose.orientation();
+  const Eigen::Vector3d p =
+      Eigen::Quaterniond(q.w(), q.x(), q.y(), q.z()) * Eigen::Vector3d(0, 0, z);
+  const auto& at = pose.position_m();
+  return vector_json(at.x() + p.x(), at.y() + p.y(), at.z() + p.z());
+}
+
+/// A prism or polyhedron as the box around it.
+Json around_json(const v1::Pose& pose,
+                 const google::protobuf::RepeatedPtrField<v1::Vector3>& corners, double height_m,
+                 const Json& color) {
+  Eigen::AlignedBox3d box;
+  for (const auto& corner : corners)
+    box.extend(Eigen::Vector3d(corner.x(), corner.y(), corner.z()));
+  const auto& q = pose.orientation();
+  const Eigen::Vector3d c =
+      Eigen::Quaterniond(q.w(), q.x(), q.y(), q.z()) * box.center() +
+      Eigen::Vector3d(pose.position_m().x(), pose.position_m().y(), pose.position_m().z());
+  const Eigen::Vector3d size = box.sizes();
+  return {{"pose",
+           {{"position", vector_json(c.x(), c.y(), c.z())},
+            {"orientation", turn_json(pose.orientation())}}},
+          {"size", vector_json(size.x(), size.y(), size.z() + height_m)},
+          {"color", color}};
+}
+
+/// A piece of a part or fixture; prisms and polyhedra as the boxes around them.
+void add_piece(const v1::Piece& piece, const Json& color, Json& entity) {
+  const v1::Pose& pose = piece.piece_in_body();
+  if (piece.has_box()) {
+    entity["cubes"].push_back(
+        {{"pose", pose_json(pose)}, {"size", vector_json(piece.box().size_m())}, {"color", color}});
+  } else if (piece.has_cone()) {
+    const auto& cone = piece.cone();
+    const double widest = std::max(cone.bottom_radius_m(), cone.top_radius_m());
+    entity["cylinders"].push_back({{"pose", pose_json(pose)},
+                                   {"size", vector_json(2 * widest, 2 * widest, cone.height_m())},
+                                   {"bottom_scale", cone.bottom_radius_m() / widest},
+                                   {"top_scale", cone.top_radius_m() / widest},
+                                   {"color", color}});
+  } else if (piece.has_capsule()) {
+    const auto& capsule = piece.capsule();
+    const double r = capsule.radius_m(), half = capsule.length_m() / 2;
+    entity["spheres"].push_back(ball_json(pose, point_on_axis(pose, -half), r, color));
+    if (half == 0) return;
+    entity["spheres"].push_back(ball_json(pose, point_on_axis(pose, half), r, color));
+    entity["cylinders"].push_back({{"pose", pose_json(pose)},
+                                   {"size", vector_json(2 * r, 2 * r, 2 * half)},
+                                   {"bottom_scale", 1},
+                                   {"top_scale", 1},
+                                   {"color", color}});
+  } else if (piece.has_prism()) {
+    entity["cubes"].push_back(
+        around_json(pose, piece.prism().corners_m(), piece.prism().height_m(), color));
+  } else {
+    entity["cubes"].push_back(around_json(pose, piece.hull().corners_m(), 0, color));
+  }
+}
+
+/// The entities of the scene: boxes, fixtures and bodies, each fixed to its frame.
 Json scene_json(const v1::MotionHeader& header, double time_s) {
   Json entities = Json::array();
   for (const auto& box : header.appearance().fixed()) {
@@ -244,6 +318,13 @@ Json scene_json(const v1::MotionHeader& header, double time_s) {
     entity["cubes"].push_back({{"pose", pose_json(box.box_in_world())},
                                {"size", vector_json(box.size_m())},
                                {"color", color_json(0.55, 0.55, 0.58)}});
+    entities.push_back(entity);
+  }
+  for (const auto& fixture : header.cell().fixtures()) {
+    Json entity = entity_json(fixture.name(), fixture.name());
+    for (const auto& piece : fixture.pieces()) {
+      add_piece(piece, color_json(0.5, 0.53, 0.58), entity);
+    }
     entities.push_back(entity);
   }
   for (const auto& body : header.cell().bodies()) {
@@ -256,6 +337,10 @@ Json scene_json(const v1::MotionHeader& header, double time_s) {
           cylinder_json(0, gear.disc_height_m(), gear.disc_radius_m(), color));
       entity["cylinders"].push_back(
           cylinder_json(gear.disc_height_m(), gear.peg_top_m(), gear.peg_radius_m(), color));
+    } else if (body.has_part()) {
+      for (const auto& piece : body.part().pieces()) {
+        add_piece(piece, color_json(0.3, 0.5, 0.8), entity);
+      }
     } else {
       const Json color = color_json(0.25, 0.35, 0.5);
       if (body.tray().outline_m().empty()) {

@@ -6,6 +6,8 @@ export type {
   RobotDescription,
   ToolDescription,
   TrayGeometry,
+  Piece,
+  FixtureDescription,
   ConveyorDescription
 } from '../generated/aprsim/v1/cell_pb';
 export {BodyKind} from '../generated/aprsim/v1/cell_pb';

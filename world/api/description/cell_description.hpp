@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "world/api/values/light_curtain.hpp"
+#include "world/api/values/piece.hpp"
 #include "world/api/values/pose.hpp"
 #include "world/api/values/wire_joint.hpp"
 #include "world/base/time.hpp"
@@ -56,7 +57,12 @@ struct RobotDescription {
   double max_rot_speed_rad_s = 0, max_rot_accel_rad_s2 = 0;
 };
 
-enum class BodyKind { kGear, kPartTray, kKitTray };
+enum class BodyKind {
+  kGear,
+  kPartTray,
+  kKitTray,
+  kPart,  ///< a union of convex pieces
+};
 
 /// A box along the axes of its frame.
 struct BoxDescription {
@@ -87,7 +93,8 @@ struct SlotDescription {
 };
 
 /// A free body. A gear's frame: z along the peg, origin at the centre of the disc's underside (the
-/// shoulder that rests on a tray). A tray's frame: z up, origin on the top face.
+/// shoulder that rests on a tray). A tray's frame: z up, origin on the top face. A part's frame is
+/// that of its type.
 struct BodyDescription {
   std::string name;
   std::string type;  ///< type name, e.g. sku_part_large_gear
@@ -96,12 +103,21 @@ struct BodyDescription {
   std::vector<SlotDescription> slots;  ///< trays only
   // gears only [m]
   double disc_radius_m = 0, disc_height_m = 0, peg_radius_m = 0, peg_top_m = 0;
-  // trays only: extent of the slab in its frame [m]
+  // trays and parts: extent of the slab or of all pieces in its frame [m]
   Eigen::Vector3d box_min = Eigen::Vector3d::Zero(), box_max = Eigen::Vector3d::Zero();
   /// Trays only: corners of the slab seen from above, counter-clockwise, convex; empty = the box.
   std::vector<Eigen::Vector2d> outline;
   /// Trays only: a square recess for a label about the origin of the top face; 0 = none [m].
   double label_size_m = 0, label_depth_m = 0;
+  std::vector<Piece> pieces;  ///< parts only
+  std::string material;       ///< parts only
+};
+
+/// Something fixed in the world that consists of convex pieces.
+struct FixtureDescription {
+  std::string name;
+  Pose X_WB;
+  std::vector<Piece> pieces;
 };
 
 inline constexpr std::size_t kMaxPhotoEyes = 4;
@@ -151,8 +167,11 @@ struct CellDescription {
   std::optional<LightCurtainDescription> light_curtain;
   std::vector<BodyDescription> bodies;
   std::vector<ToolDescription> tools;
-  std::vector<std::string> body_types;     ///< of trays and gears, whether there are some or not
-  std::vector<std::string> fixed;          ///< names of what never moves and can be touched
+  std::vector<std::string>
+      body_types;  ///< of trays, gears and parts, whether there are some or not
+  /// Names of what never moves and can be touched; of a fixture once for each piece.
+  std::vector<std::string> fixed;
+  std::vector<FixtureDescription> fixtures;
   std::vector<CameraDescription> cameras;  ///< in the order of the scene
 };
 

@@ -26,7 +26,7 @@ APRSIM_FIELDS(SlotDescription, FIELD(name), FIELD(gear_type), FIELD_AS(X_PS, slo
 APRSIM_FIELDS(BodyDescription, FIELD(name), FIELD(type), FIELD(kind), FIELD(mass_kg),
               BY_HAND(slots), BY_HAND(disc_radius_m), BY_HAND(disc_height_m), BY_HAND(peg_radius_m),
               BY_HAND(peg_top_m), BY_HAND(box_min), BY_HAND(box_max), BY_HAND(outline),
-              BY_HAND(label_size_m), BY_HAND(label_depth_m))
+              BY_HAND(label_size_m), BY_HAND(label_depth_m), BY_HAND(pieces), BY_HAND(material))
 APRSIM_FIELDS(PhotoEyeDescription, FIELD(name), FIELD(x_m), FIELD(height_m))
 APRSIM_FIELDS(ConveyorDescription, FIELD_AS(X_WC, belt_in_world), FIELD(length_m), FIELD(width_m),
               FIELD(max_speed_m_s), FIELD(max_accel_m_s2), FIELD(max_decel_m_s2),
@@ -38,6 +38,6 @@ APRSIM_FIELDS(CameraDescription, FIELD(name), FIELD(robot), FIELD(carrier), BY_H
 APRSIM_FIELDS(CellDescription, FIELD(scene), NOWHERE(scene_text), BY_HAND(revision), FIELD(seed),
               FIELD(step_size), FIELD(robots), BY_HAND(has_conveyor), BY_HAND(conveyor),
               FIELD(light_curtain), BY_HAND(bodies), BY_HAND(tools), FIELD(body_types),
-              FIELD(fixed), BY_HAND(cameras))
+              FIELD(fixed), BY_HAND(fixtures), BY_HAND(cameras))
 
 }  // namespace aprsim::api

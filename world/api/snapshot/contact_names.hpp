@@ -21,12 +21,12 @@ namespace aprsim::api {
 }
 
 /// The thing's name; where things of other categories have it too, with the category before it:
-/// "tray post", "gear post", "robot post", "tool post", "fixed post".
+/// "tray post", "gear post", "part post", "robot post", "tool post", "fixed post".
 [[nodiscard]] inline std::string contact_name(const CellDescription& cell,
                                               const ContactSide& side) {
   using Kind = ContactSide::Kind;
   const auto index = static_cast<std::size_t>(side.index);
-  const bool gear = side.kind == Kind::kBody && cell.bodies[index].kind == BodyKind::kGear;
+  const BodyKind body = side.kind == Kind::kBody ? cell.bodies[index].kind : BodyKind::kGear;
   const std::string& name = side.kind == Kind::kBody    ? cell.bodies[index].name
                             : side.kind == Kind::kRobot ? cell.robots[index].name
                             : side.kind == Kind::kTool  ? cell.tools[index].name
@@ -37,7 +37,9 @@ namespace aprsim::api {
   const bool is_tool = std::any_of(cell.tools.begin(), cell.tools.end(), named);
   const bool is_fixed = std::find(cell.fixed.begin(), cell.fixed.end(), name) != cell.fixed.end();
   if (int{is_body} + int{is_robot} + int{is_tool} + int{is_fixed} < 2) return name;
-  const char* category = side.kind == Kind::kBody    ? (gear ? "gear " : "tray ")
+  const char* category = side.kind == Kind::kBody    ? (body == BodyKind::kGear   ? "gear "
+                                                        : body == BodyKind::kPart ? "part "
+                                                                                  : "tray ")
                          : side.kind == Kind::kRobot ? "robot "
                          : side.kind == Kind::kTool  ? "tool "
                                                      : "fixed ";

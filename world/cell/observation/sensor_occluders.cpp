@@ -17,8 +17,10 @@ SensorOccluders::SensorOccluders(const scene::Scene& scene, std::span<const robo
     : models_(models), tools_(scene::tools_of(scene)) {
   for (const auto& tray : scene.trays) trays_.push_back(&scene.tray_types.at(tray.type));
   for (const auto& gear : scene.gears) gears_.push_back(&scene.gear_types.at(gear.type));
-  X_WP_.resize(trays_.size() + gears_.size());
+  for (const auto& part : scene.parts) parts_.push_back(&scene.part_types.at(part.type));
+  X_WP_.resize(trays_.size() + gears_.size() + parts_.size());
   std::size_t count = trays_.size() + kGearOccluders * gears_.size() + 1;
+  for (const scene::PartType* part : parts_) count += part->pieces.size();
   for (const auto& model : models) {
     for (const auto& link : model.links) count += link.collision.size();
   }
@@ -76,8 +78,10 @@ void SensorOccluders::add_bodies(const physics::PhysicsWorld& physics) {
     }
     if (i < trays_.size()) {
       add_tray(*trays_[i], body);
-    } else {
+    } else if (i < trays_.size() + gears_.size()) {
       add_gear(*gears_[i - trays_.size()], body);
+    } else {
+      add_part(*parts_[i - trays_.size() - gears_.size()], body);
     }
   }
 }
@@ -97,6 +101,13 @@ void SensorOccluders::add_gear(const scene::GearType& type, int body) {
         robot::CylinderShape{std::max(piece.radius_low, piece.radius_high),
                              piece.z_high - piece.z_low},
         body);
+  }
+}
+
+void SensorOccluders::add_part(const scene::PartType& type, int body) {
+  for (const api::Piece& piece : type.pieces) {
+    occluders_.push_back(sensors::occluder_of(piece, X_WP_[static_cast<std::size_t>(body)]));
+    occluders_.back().body = body;
   }
 }
 

@@ -12,8 +12,8 @@
 namespace aprsim::world {
 
 /// The solids that optical sensors detect or that occlude them, at one instant: collision shapes of
-/// all links, tools, trays, gears and intruders. Fixed bodies are left out: a scene places its
-/// sensors clear of them. Thread: sim.
+/// all links, tools, trays, gears, parts and intruders. Fixed bodies are left out: a scene places
+/// its sensors clear of them. Thread: sim.
 class SensorOccluders {
  public:
   /// `scene` and `models` must outlive this.
@@ -32,12 +32,14 @@ class SensorOccluders {
   void add_tool(int index, const physics::PhysicsWorld& physics);
   void add_tray(const scene::TrayType& type, int body);
   void add_gear(const scene::GearType& type, int body);
+  void add_part(const scene::PartType& type, int body);
   void add_bodies(const physics::PhysicsWorld& physics);
 
   std::span<const robot::ArmModel> models_;
   std::vector<scene::Tool> tools_;
   std::vector<const scene::TrayType*> trays_;
   std::vector<const scene::GearType*> gears_;
+  std::vector<const scene::PartType*> parts_;
   std::vector<Eigen::Isometry3d> X_WP_;
   std::vector<sensors::Occluder> occluders_;
 };

@@ -10,15 +10,16 @@ namespace {
 using TouchSide = api::ContactSide;
 using Bodies = std::span<const scene::FreeBody>;
 
-bool is_gear(const TouchSide& side, Bodies bodies) {
+/// A gear or part, which grippers are for.
+bool is_workpiece(const TouchSide& side, Bodies bodies) {
   return side.kind == TouchSide::Kind::kBody &&
-         bodies[static_cast<std::size_t>(side.index)].is_gear();
+         !bodies[static_cast<std::size_t>(side.index)].is_tray();
 }
 
 bool is_work(const physics::ArmForce& force, int robot, bool has_tool, Bodies bodies) {
   // Suction of a cup, or contacts of the gear in the gripper.
   if (force.relayed || (force.on_gripper && force.part < 0)) return true;
-  if (force.on_gripper && (!has_tool || is_gear(force.partner, bodies))) return true;
+  if (force.on_gripper && (!has_tool || is_workpiece(force.partner, bodies))) return true;
   // A contact of two arms counts once, for the first one.
   return force.partner.kind == TouchSide::Kind::kRobot && force.partner.index <= robot;
 }

@@ -3,10 +3,11 @@
 namespace aprsim::physics {
 
 /// Ids of all bodies that can be in contact: free bodies as in the scene (trays, then gears, then
-/// tools), then each robot's palm, two fingers and links. kGround is the id of everything fixed.
+/// parts, then tools), then each robot's palm, two fingers and links. kGround is the id of
+/// everything fixed.
 class BodyIds {
  public:
-  /// `parts`: trays and gears.
+  /// `parts`: trays, gears and parts.
   BodyIds(int parts, int tools) : parts_(parts), free_(parts + tools) {}
 
   [[nodiscard]] int free_count() const { return free_; }

@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
+#include "world/physics/bodies/material_table.hpp"
 #include "world/physics/collision/speculative/speculative_contacts.hpp"
 #include "world/scene/model/part_shapes.hpp"
+#include "world/scene/model/pieces.hpp"
 
 namespace aprsim::physics {
 namespace {
@@ -68,6 +72,35 @@ FreeBody make_gear(const scene::GearInstance& instance, const scene::GearType& t
   return free;
 }
 
+FreeBody make_part(const scene::PartInstance& instance, const scene::PartType& type,
+                   std::shared_ptr<const PartShape> shape, double step_s) {
+  FreeBody free;
+  free.step_s = step_s;
+  free.name = instance.name;
+  free.mass = {type.mass_kg, type.com, type.inertia};
+  free.origin_B = free.mass.com;
+  const Eigen::AlignedBox3d box = scene::bounds_of(type.pieces);
+  free.slab_size = box.sizes();
+  free.X_BS.translation() = box.center();
+  for (const ConvexPiece& piece : shape->pieces) {
+    const Eigen::Vector3d com_P = piece.X_BP().inverse() * free.mass.com;
+    free.radius_m = std::max(free.radius_m, piece.farthest(com_P));
+  }
+  free.part = std::move(shape);
+  free.set_carried_mass(free.mass);
+  free.place(instance.X_WP.isometry(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
+  return free;
+}
+
+Aabb aabb_of_part(const FreeBody& free) {
+  const auto& pieces = free.part->pieces;
+  Aabb bounds = pieces.front().bounds(free.X_WB * pieces.front().X_BP());
+  for (const ConvexPiece& piece : std::span(pieces).subspan(1)) {
+    bounds = bounds.joined(piece.bounds(free.X_WB * piece.X_BP()));
+  }
+  return bounds;
+}
+
 /// The radius bounds the fingers at any opening.
 FreeBody make_tool(const scene::Tool& tool) {
   FreeBody free;
@@ -95,6 +128,10 @@ Aabb aabb_of_tool(const FreeBody& free) {
 }
 
 }  // namespace
+
+PartShape::PartShape(const scene::PartType& type) {
+  for (const api::Piece& piece : type.pieces) pieces.emplace_back(piece);
+}
 
 void FreeBody::refresh() {
   // The rigid body's origin is the centre of mass; the scene's frame B is elsewhere.
@@ -131,6 +168,8 @@ void FreeBody::set_carried_mass(const MassProperties& all) {
 void FreeBody::update_bounds() {
   if (is_tool()) {
     bounds = aabb_of_tool(*this);
+  } else if (is_part()) {
+    bounds = aabb_of_part(*this);
   } else {
     bounds = is_tray() ? aabb_of_box(slab_size, X_WS()) : aabb_of_gear(*gear, X_WB);
   }
@@ -141,12 +180,24 @@ void FreeBody::update_bounds() {
 std::vector<FreeBody> make_free_bodies(const scene::Scene& scene,
                                        std::span<const scene::Tool> tools) {
   std::vector<FreeBody> bodies;
-  bodies.reserve(scene.trays.size() + scene.gears.size() + tools.size());
+  bodies.reserve(scene.trays.size() + scene.gears.size() + scene.parts.size() + tools.size());
   for (const auto& tray : scene.trays) {
     bodies.push_back(make_tray(tray, scene.tray_types.at(tray.type), scene.physics.step_s));
   }
   for (const auto& gear : scene.gears) {
     bodies.push_back(make_gear(gear, scene.gear_types.at(gear.type), scene.physics.step_s));
+  }
+  const MaterialTable materials(scene);
+  std::map<std::string, std::shared_ptr<const PartShape>> shapes;
+  for (const auto& part : scene.parts) {
+    const scene::PartType& type = scene.part_types.at(part.type);
+    auto& shape = shapes[part.type];
+    if (!shape) {
+      auto made = std::make_shared<PartShape>(type);
+      made->material = materials.number_of(type.material);
+      shape = std::move(made);
+    }
+    bodies.push_back(make_part(part, type, shape, scene.physics.step_s));
   }
   for (const auto& tool : tools) bodies.push_back(make_tool(tool));
   return bodies;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -9,6 +10,7 @@
 #include <Eigen/Geometry>
 
 #include "world/physics/bodies/mass_properties.hpp"
+#include "world/physics/bodies/part_shape.hpp"
 #include "world/physics/bodies/rigid_body.hpp"
 #include "world/physics/bodies/tool_shape.hpp"
 #include "world/physics/collision/pairs/narrow_phase.hpp"
@@ -18,21 +20,22 @@
 
 namespace aprsim::physics {
 
-/// A tray, a gear or a free tool: its shape, its rigid body and, in the frame B of the scene, pose
-/// and velocity at the start of the step. The solver changes `body` only; refresh() copies its
-/// result.
+/// A tray, a gear, a part or a free tool: its shape, its rigid body and, in the frame B of the
+/// scene, pose and velocity at the start of the step. The solver changes `body` only; refresh()
+/// copies its result.
 struct FreeBody {
   std::string_view name;
-  const scene::GearType* gear = nullptr;  ///< exactly one of the three is set
+  const scene::GearType* gear = nullptr;  ///< exactly one of the four is set
   const scene::TrayType* tray = nullptr;
   std::optional<ToolShape> tool;
+  std::shared_ptr<const PartShape> part;
   detail::GearShape gear_shape;  ///< of a gear
   RigidBody body;  ///< its axes are B's, its origin the centre of mass of all that it moves
   MassProperties mass;
   double radius_m = 0;  ///< of a sphere about the centre of mass that holds the shape
   double step_s = 0;
   Eigen::Vector3d origin_B = Eigen::Vector3d::Zero();  ///< of `body`
-  // the box around a tray's slab
+  // the box around a tray's slab or a part
   Eigen::Vector3d slab_size = Eigen::Vector3d::Zero();
   Eigen::Isometry3d X_BS = Eigen::Isometry3d::Identity();
 
@@ -46,6 +49,7 @@ struct FreeBody {
   bool decoupled_from_belt = false;  ///< the belt does not carry it
 
   [[nodiscard]] bool is_tool() const { return tool.has_value(); }
+  [[nodiscard]] bool is_part() const { return part != nullptr; }
   /// Pose of a tool's block.
   [[nodiscard]] Eigen::Isometry3d X_WS(const scene::Block& block) const {
     return X_WB * Eigen::Translation3d(block.centre);
@@ -73,7 +77,7 @@ struct FreeBody {
   void update_bounds();
 };
 
-/// Trays first, then gears, as in the scene, then tools.
+/// Trays first, then gears and parts, as in the scene, then tools.
 [[nodiscard]] std::vector<FreeBody> make_free_bodies(const scene::Scene& scene,
                                                      std::span<const scene::Tool> tools);
 

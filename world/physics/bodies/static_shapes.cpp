@@ -1,6 +1,7 @@
 #include "world/physics/bodies/static_shapes.hpp"
 
 #include <cmath>
+#include <variant>
 
 namespace aprsim::physics {
 namespace {
@@ -12,7 +13,23 @@ constexpr double kBeltCover = 5e-3;   // a frame may lie this much under or over
 
 StaticShape make(std::string_view name, const Eigen::Vector3d& size,
                  const Eigen::Isometry3d& X_WS) {
-  return {name, size, X_WS, aabb_of_box(size, X_WS), false};
+  StaticShape shape;
+  shape.name = name;
+  shape.size = size;
+  shape.X_WS = X_WS;
+  shape.bounds = aabb_of_box(size, X_WS);
+  return shape;
+}
+
+/// A box is the same as a fixed box, for which everything has its fastest way.
+StaticShape make(const scene::Fixture& fixture, const api::Piece& piece) {
+  const ConvexPiece prepared(piece);
+  const Eigen::Isometry3d X_WS = fixture.X_WP.isometry() * prepared.X_BP();
+  StaticShape shape = make(fixture.name, prepared.size(), X_WS);
+  if (std::holds_alternative<api::BoxPiece>(piece.shape)) return shape;
+  shape.piece = std::make_shared<ConvexPiece>(prepared);
+  shape.bounds = prepared.bounds(X_WS);
+  return shape;
 }
 
 }  // namespace
@@ -29,6 +46,17 @@ StaticShapes make_fixed_shapes(const scene::Scene& scene) {
   for (const auto& box : scene.fixed) {
     fixed.shapes.push_back(make(box.name, box.size, box.X_WS.isometry()));
   }
+  const MaterialTable materials(scene);
+  for (const auto& fixture : scene.fixtures) {
+    const int first = static_cast<int>(fixed.shapes.size());
+    for (const auto& piece : fixture.pieces) {
+      fixed.shapes.push_back(make(fixture, piece));
+      fixed.shapes.back().material = materials.number_of(fixture.material);
+    }
+    for (std::size_t i = static_cast<std::size_t>(first); i < fixed.shapes.size(); ++i) {
+      fixed.shapes[i].first = first;
+    }
+  }
   if (scene.conveyor) {
     const auto& conveyor = *scene.conveyor;
     const Eigen::Isometry3d X_WC = conveyor.X_WC.isometry();
@@ -39,6 +67,7 @@ StaticShapes make_fixed_shapes(const scene::Scene& scene) {
     fixed.shapes.push_back(
         make("conveyor", {conveyor.length_m, conveyor.width_m, kBeltThickness}, X_WS));
     fixed.shapes.back().belt = true;
+    fixed.shapes.back().material = MaterialTable::kBelt;
     fixed.belt_axis_W = X_WC.linear().col(0);
     fixed.X_CW = X_WC.inverse();
     fixed.belt_length_m = conveyor.length_m;
@@ -48,6 +77,10 @@ StaticShapes make_fixed_shapes(const scene::Scene& scene) {
     Eigen::Isometry3d X_WS = Eigen::Isometry3d::Identity();
     X_WS.translation().z() = -0.5 * kFloorThickness;
     fixed.shapes.push_back(make("floor", {kFloorExtent, kFloorExtent, kFloorThickness}, X_WS));
+  }
+  for (std::size_t i = 0; i < fixed.shapes.size(); ++i) {
+    StaticShape& shape = fixed.shapes[i];
+    if (shape.first < 0) shape.first = static_cast<int>(i);
   }
   return fixed;
 }

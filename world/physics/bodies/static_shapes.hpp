@@ -1,21 +1,29 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "world/physics/bodies/free_body.hpp"
+#include "world/physics/bodies/material_table.hpp"
 #include "world/scene/model/scene.hpp"
 
 namespace aprsim::physics {
 
-/// Something that never moves: a box, the belt's slab, or the floor as a box under z = 0.
+/// Something that never moves: a box, a piece of a fixture, the belt's slab, or the floor as a box
+/// under z = 0.
 struct StaticShape {
   std::string_view name;
-  Eigen::Vector3d size = Eigen::Vector3d::Zero();
+  Eigen::Vector3d size = Eigen::Vector3d::Zero();  ///< of the box, or of that around the piece
   Eigen::Isometry3d X_WS = Eigen::Isometry3d::Identity();
   Aabb bounds;
   bool belt = false;
+  std::shared_ptr<const ConvexPiece> piece;  ///< its frame is S; none = the box itself
+  int material = MaterialTable::kFixed;
+  int first = -1;  ///< number of the first shape of the same thing
+
+  [[nodiscard]] ConvexShape shape() const { return piece ? piece->shape() : box_shape(size); }
 };
 
 struct StaticShapes {

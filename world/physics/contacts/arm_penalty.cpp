@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "world/physics/collision/pairs/piece_contacts.hpp"
+#include "world/physics/contacts/part_collider.hpp"
 #include "world/robot/servo/contact_law.hpp"
 
 namespace aprsim::physics {
@@ -45,7 +47,9 @@ ArmPenalty::ArmPenalty(PhysicsModel& model) : model_(model) {
     auto& on_fixed = on_fixed_.emplace_back();
     for (int s = 0; s < shapes; ++s) {
       for (std::size_t f = 0; f < fixed_geoms_.size(); ++f) {
-        if (!overlap(shape(r, s).geom, fixed_geoms_[f])) on_fixed.shapes.push_back({s, f});
+        found_.clear();
+        on_fixed_shape(shape(r, s), f);
+        if (found_.empty()) on_fixed.shapes.push_back({s, f});
       }
     }
     for (int q = r; q < robots; ++q) {
@@ -88,6 +92,18 @@ void ArmPenalty::find(std::vector<std::vector<ArmForce>>& forces) {
   }
 }
 
+/// Geoms are of boxes; pieces of fixtures are collided without ODE.
+void ArmPenalty::on_fixed_shape(const ArmShape& link, std::size_t f) {
+  const StaticShape& fixed = model_.fixed.shapes[f];
+  const ContactSides sides{kGround, kGround, SurfacePair::kRobotAny};
+  if (!fixed.piece) {
+    collide_geoms(link.geom, fixed_geoms_[f], kGround, kGround, sides.pair, found_);
+    return;
+  }
+  detail::GearShape round;
+  shape_on_shape(shape_of_link(link, round), link.X_WS, fixed.shape(), fixed.X_WS, sides, found_);
+}
+
 /// Contact points in a pair's order: shapes of the arm, then fixed things.
 void ArmPenalty::on_fixed(int robot, std::vector<std::vector<ArmForce>>& forces) {
   const auto r = static_cast<std::size_t>(robot);
@@ -99,17 +115,18 @@ void ArmPenalty::on_fixed(int robot, std::vector<std::vector<ArmForce>>& forces)
     const auto& link = shape(robot, s);
     if (!link.bounds.meets(model_.fixed.shapes[f].bounds)) continue;
     found_.clear();
-    collide_geoms(link.geom, fixed_geoms_[f], kGround, kGround, SurfacePair::kRobotAny, found_);
+    on_fixed_shape(link, f);
     if (!found_.empty()) known.apart = 0;
     for (const auto& point : found_) {
       // The arm's motion of the last step: the force acts on the joints in the next one.
       const Eigen::Vector3d v = arm.last_velocity(link.link, point.p_W, model_.step_s);
       const Eigen::Vector3d force = contact_force(point, v, model_, found_.size());
-      forces[r].push_back({.link = link.link,
-                           .p_W = point.p_W,
-                           .f_W = force,
-                           .partner = {api::ContactSide::Kind::kFixed, static_cast<int>(f)},
-                           .penalty = true});
+      forces[r].push_back(
+          {.link = link.link,
+           .p_W = point.p_W,
+           .f_W = force,
+           .partner = {api::ContactSide::Kind::kFixed, model_.fixed.shapes[f].first},
+           .penalty = true});
     }
   }
 }

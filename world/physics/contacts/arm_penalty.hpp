@@ -41,6 +41,8 @@ class ArmPenalty {
     std::uint64_t apart = 0;          ///< as in ArmPair
   };
   void on_fixed(int robot, std::vector<std::vector<ArmForce>>& forces);
+  /// Contacts of a link with a fixed shape into found_, normals into the link.
+  void on_fixed_shape(const ArmShape& link, std::size_t f);
   void on_other(ArmPair& arms, std::vector<std::vector<ArmForce>>& forces);
   [[nodiscard]] bool may_meet(int robot_a, int shape_a, int robot_b, int shape_b) const;
   [[nodiscard]] bool overlap(const OdeGeom& a, const OdeGeom& b);

@@ -98,6 +98,7 @@ void find_with_fall(const Displacement& motion, double fall_m, double gap_m,
 
 BodyCollider::BodyCollider(const PhysicsModel& model)
     : model_(model),
+      parts_(model),
       cache_(model.bodies.size()),
       pressed_(model.bodies.size(), 0),
       box_(OdeGeom::box(Eigen::Vector3d::Ones())),
@@ -147,7 +148,12 @@ double BodyCollider::fall_towards(const Displacement& motion, const Eigen::Vecto
 /// Gap between two bodies' hulls, with the direction in which one lies on the other.
 HullGap BodyCollider::gap_between(const FreeBody& upper, const FreeBody& lower) const {
   if (upper.is_tool()) return {kNoGap, (upper.com_W() - lower.com_W()).normalized()};
-  if (upper.is_tray()) {
+  if (upper.is_part() && lower.gear) {
+    HullGap gap = gear_box_gap(lower.gear_shape, lower.X_WB, upper.slab_size, upper.X_WS());
+    gap.n_W = -gap.n_W;
+    return gap;
+  }
+  if (upper.is_tray() || upper.is_part()) {
     return box_box_gap(upper.slab_size, upper.X_WS(), lower.slab_size, lower.X_WS());
   }
   if (lower.is_tray()) {
@@ -157,7 +163,8 @@ HullGap BodyCollider::gap_between(const FreeBody& upper, const FreeBody& lower) 
 }
 
 void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
-  const int upper_index = std::max(a, b), lower_index = std::min(a, b);  // gears come after trays
+  // Gears come after trays, parts after gears.
+  const int upper_index = std::max(a, b), lower_index = std::min(a, b);
   const auto& upper = model_.body(upper_index);
   const auto& lower = model_.body(lower_index);
   // A virtual joint stands for their contacts.
@@ -177,6 +184,12 @@ void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
     find_with_fall(motion, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
       tool_on_free(upper_index, D, lower_index, out);
     });
+  } else if (upper.is_part()) {
+    if (is_pressed(upper_index)) motion.translation_W -= kPressLookahead * gap.n_W;
+    find_with_fall(motion, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
+      parts_.on_free(upper_index, D * upper.X_WB, lower_index, out);
+    });
+    if (out.size() > before && is_pressed(upper_index)) press(lower_index);
   } else if (upper.is_tray()) {
     find_with_fall(motion, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
       slab_slab(upper.slab(), D * upper.X_WS(), lower.slab(), lower.X_WS(), upper_index,
@@ -214,7 +227,15 @@ void BodyCollider::tool_on_free(int tool, const Eigen::Isometry3d& D, int other_
     const auto on_slab = [&](const SlabShape& slab, const Eigen::Isometry3d& X_WO) {
       slab_slab({size}, X_WS, slab, X_WO, tool, other_index, SurfacePair::kRobotAny, out);
     };
-    if (other.is_tool()) {
+    if (other.is_part()) {
+      const ContactSides sides{tool, other_index, SurfacePair::kPart};
+      if (hand.tool->is_finger(i)) {
+        parts_.pad_on_part(hand.tool->pad(), D * hand.X_WB * hand.tool->X_TD(i), other_index, sides,
+                           out);
+      } else {
+        parts_.shape_on_part(box_shape(size), X_WS, other_index, sides, out);
+      }
+    } else if (other.is_tool()) {
       for (const scene::Block& block : other.tool->blocks())
         on_slab({block.size}, other.X_WS(block));
     } else if (other.is_tray()) {
@@ -262,6 +283,8 @@ void BodyCollider::gripper_on_free(int robot, int p, int body, std::vector<Conta
   const bool cup = hand.cup() && p > 0;
   if (free.is_tool()) {
     part_on_tool(pair, out);
+  } else if (free.is_part()) {
+    gripper_on_part(pair, out);
   } else if (free.is_tray()) {
     cup ? cup_on_tray(pair, out) : part_on_tray(pair, out);
   } else if (cup) {
@@ -299,6 +322,42 @@ Displacement BodyCollider::cup_displacement(const PartOnBody& pair) const {
     motion.translation_W = kPadLookahead * pair.hand.parts().X_WT().linear().col(2);
   }
   return motion;
+}
+
+/// Palm, pads and cup on a part: as on a gear, with all of the pad's face.
+void BodyCollider::gripper_on_part(const PartOnBody& pair, std::vector<Contact>& out) const {
+  const GripperParts& parts = pair.hand.parts();
+  const bool cup = pair.hand.cup() && pair.part > 0, palm = pair.part == 0;
+  const ContactSides sides{pair.part_id, pair.body,
+                           palm ? SurfacePair::kPart : SurfacePair::kPadGear};
+  const auto generate = [&](const Eigen::Isometry3d& D) {
+    if (cup) {
+      parts_.shape_on_part(round_shape(parts.cup_solid()), D * parts.X_WT() * kLipToSolid,
+                           pair.body, sides, out);
+    } else if (palm) {
+      const GripperPart& box = parts.part(0);
+      parts_.shape_on_part(box_shape(box.size), D * box.X_WS, pair.body, sides, out);
+    } else {
+      parts_.pad_on_part(parts.pad(), D * parts.X_WD(pair.part - 1), pair.body, sides, out);
+    }
+  };
+  if (palm) {
+    const Displacement motion =
+        displacement_relative_to(velocity_of(pair.free), pair.hand.part_velocity(0));
+    // The part may fall onto the palm as well as away from it.
+    const double fall = fall_towards(motion, -Eigen::Vector3d::UnitZ());
+    return find_with_fall(motion, fall, kNoGap, out, generate);
+  }
+  const std::size_t first = out.size();
+  find_speculative_contacts(cup ? cup_displacement(pair) : finger_displacement(pair), kNoGap, out,
+                            generate);
+  if (cup) return;
+  const Displacement standing =
+      stopped_finger_displacement(pair.hand, pair.part, velocity_of(pair.free));
+  if (standing.max_m() == 0) return;
+  const std::size_t known = out.size();
+  find_speculative_contacts(standing, kNoGap, out, generate);
+  drop_duplicates(first, known, out);
 }
 
 void BodyCollider::part_on_tray(const PartOnBody& pair, std::vector<Contact>& out) const {
@@ -374,8 +433,8 @@ void BodyCollider::palm_on_gear(const PartOnBody& pair, std::vector<Contact>& ou
                  });
 }
 
-/// Collides primitives: a gear as its three cylinders, a tray as its slab, a tool as its blocks.
-/// ODE has no prisms: a tray with an outline is collided here.
+/// Collides primitives: a part as its pieces, a gear as its three cylinders, a tray as its slab, a
+/// tool as its blocks. ODE has no prisms: a tray with an outline is collided here.
 void BodyCollider::link_on_free(const ArmShape& shape, BodyIndex link, int body,
                                 std::vector<Contact>& out) {
   const auto& free = model_.body(body);
@@ -391,6 +450,18 @@ void BodyCollider::link_on_free(const ArmShape& shape, BodyIndex link, int body,
   if (free.is_tool()) {
     for (const scene::Block& block : free.tool->blocks()) {
       collide_box(block.size, free.X_WS(block));
+    }
+    return;
+  }
+  if (free.is_part()) {
+    detail::GearShape round;
+    const std::size_t first = out.size();
+    parts_.shape_on_part(shape_of_link(shape, round), shape.X_WS, body,
+                         {link, body, SurfacePair::kRobotAny}, out);
+    // As of the others, the link is the second body.
+    for (std::size_t i = first; i < out.size(); ++i) {
+      std::swap(out[i].a, out[i].b);
+      out[i].n_W = -out[i].n_W;
     }
     return;
   }
@@ -426,10 +497,26 @@ void BodyCollider::free_on_fixed(int body, int shape_index, std::vector<Contact>
       motion.max_m() == 0 && support.v_W.isZero(0) && !free.is_tool() && !is_pressed(body);
   if (still && cache_.append(pair, out)) return;
   HullGap gap{kNoGap, Eigen::Vector3d::UnitZ()};
-  if (free.is_tray()) gap = box_box_gap(free.slab_size, free.X_WS(), shape.size, shape.X_WS);
+  if (free.is_tray() || free.is_part())
+    gap = box_box_gap(free.slab_size, free.X_WS(), shape.size, shape.X_WS);
   if (free.gear) gap = gear_box_gap(free.gear_shape, free.X_WB, shape.size, shape.X_WS);
   const double fall = fall_towards(motion, gap.n_W);
   if (is_pressed(body)) motion.translation_W -= kPressLookahead * gap.n_W;
+  if (free.is_part()) {
+    find_with_fall(motion, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
+      parts_.on_fixed(body, D * free.X_WB, shape, out);
+    });
+    if (still) cache_.store(pair, out, before);
+    return;
+  }
+  if (shape.piece) {
+    find_with_fall(motion, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
+      free_on_shape(free, D * free.X_WB, shape.shape(), shape.X_WS,
+                    {body, kGround, SurfacePair::kPart}, out);
+    });
+    if (still) cache_.store(pair, out, before);
+    return;
+  }
   if (free.is_tool()) {
     find_with_fall(motion, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
       for (const scene::Block& block : free.tool->blocks()) {
@@ -458,8 +545,12 @@ void BodyCollider::free_on_fixed(int body, int shape_index, std::vector<Contact>
 void BodyCollider::gripper_on_fixed(int robot, int p, const StaticShape& shape,
                                     std::vector<Contact>& out) const {
   const auto& box = gripper(robot).parts().part(p);
-  box_box(box.size, box.X_WS, shape.size, shape.X_WS, model_.ids.palm(robot) + p, kGround,
-          SurfacePair::kRobotAny, out);
+  const BodyIndex id = model_.ids.palm(robot) + p;
+  if (shape.piece) {
+    return shape_on_shape(box_shape(box.size), box.X_WS, shape.shape(), shape.X_WS,
+                          {id, kGround, SurfacePair::kRobotAny}, out);
+  }
+  box_box(box.size, box.X_WS, shape.size, shape.X_WS, id, kGround, SurfacePair::kRobotAny, out);
 }
 
 /// A gripper's part as a box against a link's primitive.

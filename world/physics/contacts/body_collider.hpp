@@ -5,6 +5,7 @@
 #include "world/physics/collision/speculative/hull_gap.hpp"
 #include "world/physics/collision/speculative/speculative_contacts.hpp"
 #include "world/physics/contacts/contact_cache.hpp"
+#include "world/physics/contacts/part_collider.hpp"
 #include "world/physics/model/physics_model.hpp"
 
 namespace aprsim::physics {
@@ -63,6 +64,7 @@ class BodyCollider {
   [[nodiscard]] Displacement part_displacement(const PartOnBody& pair, double least_m) const;
   [[nodiscard]] Displacement finger_displacement(const PartOnBody& pair) const;
   [[nodiscard]] Displacement cup_displacement(const PartOnBody& pair) const;
+  void gripper_on_part(const PartOnBody& pair, std::vector<Contact>& out) const;
   void part_on_tray(const PartOnBody& pair, std::vector<Contact>& out) const;
   void part_on_tool(const PartOnBody& pair, std::vector<Contact>& out) const;
   void cup_on_tray(const PartOnBody& pair, std::vector<Contact>& out) const;
@@ -79,6 +81,7 @@ class BodyCollider {
   }
 
   const PhysicsModel& model_;
+  PartCollider parts_;
   ContactCache cache_;
   std::vector<char> pressed_;  // by body
   OdeGeom box_, cylinder_;     // of the present body

@@ -100,7 +100,11 @@ int ContactReport::link(BodyIndex id) const {
 
 Side ContactReport::side(BodyIndex id, int fixed) const {
   const BodyIds& ids = model_.ids;
-  if (id < 0) return {Side::Kind::kFixed, fixed};
+  if (id < 0) {
+    // Pieces of one fixture are one thing.
+    return {Side::Kind::kFixed,
+            fixed < 0 ? fixed : model_.fixed.shapes[static_cast<std::size_t>(fixed)].first};
+  }
   if (ids.is_part(id)) return {Side::Kind::kBody, id};
   if (ids.is_free(id)) return {Side::Kind::kTool, ids.tool_of(id)};
   const int part = ids.is_link(id) ? Side::kFirstLink + ids.link_of(id) : ids.part_of(id);

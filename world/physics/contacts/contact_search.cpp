@@ -77,15 +77,30 @@ double ContactSearch::of_pair(const scene::SurfacePairs& property, SurfacePair p
       return property.tray_tray;
     case SurfacePair::kPadGear:
     case SurfacePair::kRobotAny:
+    case SurfacePair::kPart:
       break;
   }
   return property.robot;
 }
 
+int ContactSearch::material_of(BodyIndex id, int ground) const {
+  if (id < 0) return ground;
+  if (model_.ids.is_robot(id)) return MaterialTable::kRobot;
+  const FreeBody& body = model_.body(id);
+  if (body.is_part()) return body.part->material;
+  if (body.is_tool()) return MaterialTable::kRobot;
+  return body.is_tray() ? MaterialTable::kTray : MaterialTable::kGear;
+}
+
 /// How the surfaces act on each other.
 /// Friction and restitution belong to a pair of surfaces, not to a single material.
-ContactSearch::Surfaces ContactSearch::surfaces_of(const Contact& contact) const {
+ContactSearch::Surfaces ContactSearch::surfaces_of(const Contact& contact, int fixed) const {
   const auto& physics = model_.scene.physics;
+  const int ground = fixed >= 0 ? model_.fixed.shapes[static_cast<std::size_t>(fixed)].material : 0;
+  if (contact.pair == SurfacePair::kPart ||
+      (ground >= MaterialTable::kUsual && contact.pair != SurfacePair::kPadGear)) {
+    return model_.materials.between(material_of(contact.a, ground), material_of(contact.b, ground));
+  }
   if (contact.pair == SurfacePair::kPadGear) {
     const int robot = model_.ids.robot_of(contact.a);
     return {.friction = model_.grippers[static_cast<std::size_t>(robot)].pad_friction()};
@@ -106,7 +121,7 @@ void ContactSearch::add_found(int fixed_shape) {
     // A frame level with the belt must not carry bodies on the belt.
     if (on_fixed && !belt && model_.fixed.under_belt(contact.p_W)) continue;
     if (last == nullptr || last->pair != contact.pair || last->a != contact.a) {
-      surfaces = surfaces_of(contact);
+      surfaces = surfaces_of(contact, fixed_shape);
     }
     last = &contact;
     ContactConstraint& added = model_.constraints.emplace_back();

@@ -39,11 +39,11 @@ class ContactSearch {
   void free_on_fixed(int body);
   void add_found(int fixed_shape);
   /// See ContactConstraint.
-  struct Surfaces {
-    double friction = 0, restitution = 0, rolling_m = 0, spinning_m = 0;
-  };
+  using Surfaces = MaterialTable::Surfaces;
   [[nodiscard]] static double of_pair(const scene::SurfacePairs& property, SurfacePair pair);
-  [[nodiscard]] Surfaces surfaces_of(const Contact& contact) const;
+  /// `fixed`: number of the fixed shape, -1 = none.
+  [[nodiscard]] Surfaces surfaces_of(const Contact& contact, int fixed) const;
+  [[nodiscard]] int material_of(BodyIndex id, int ground) const;
   [[nodiscard]] bool is_searched(int body) const;
   [[nodiscard]] bool may_touch_link(int robot, int other, int link) const;
   [[nodiscard]] GripperMechanism& gripper(int robot) {

@@ -20,6 +20,12 @@ double distance_to(const FreeBody& body, const Ray& ray) {
   if (body.gear) return distance_to_gear(*body.gear, body.X_WB, ray);
   if (body.tray) return distance_to_tray(*body.tray, body.X_WB, ray);
   double nearest = kNoHit;
+  if (body.is_part()) {
+    for (const ConvexPiece& piece : body.part->pieces) {
+      nearest = std::min(nearest, distance_to_piece(piece, body.X_WB * piece.X_BP(), ray));
+    }
+    return nearest;
+  }
   for (const scene::Block& block : body.tool->blocks()) {
     nearest = std::min(nearest, distance_to_box(block.size, body.X_WS(block), ray));
   }
@@ -82,8 +88,10 @@ void find_for(PhysicsModel& model, GripperMechanism& gripper) {
   }
   for (const StaticShape& shape : model.fixed.shapes) {
     if (!lip.bounds().meets(shape.bounds)) continue;
-    const double covered =
-        lip.add_body([&](const Ray& ray) { return distance_to_box(shape.size, shape.X_WS, ray); });
+    const double covered = lip.add_body([&](const Ray& ray) {
+      return shape.piece ? distance_to_piece(*shape.piece, shape.X_WS, ray)
+                         : distance_to_box(shape.size, shape.X_WS, ray);
+    });
     if (covered <= share) continue;
     share = covered;
     body = -1;

@@ -29,8 +29,10 @@ PhysicsModel::PhysicsModel(const scene::Scene& the_scene,
     : scene(the_scene),
       step_s(the_scene.physics.step_s),
       tools(scene::tools_of(the_scene)),
-      ids(static_cast<int>(the_scene.trays.size() + the_scene.gears.size()),
+      ids(static_cast<int>(the_scene.trays.size() + the_scene.gears.size() +
+                           the_scene.parts.size()),
           static_cast<int>(tools.size())),
+      materials(the_scene),
       bodies(make_free_bodies(the_scene, tools)),
       fixed(make_fixed_shapes(the_scene)),
       simplification(the_scene.physics, bodies, fixed) {

@@ -21,6 +21,7 @@ struct PhysicsModel {
   double step_s;  ///< length of the coming steps
   std::vector<scene::Tool> tools;
   BodyIds ids;
+  MaterialTable materials;
   std::vector<FreeBody> bodies;
   StaticShapes fixed;
   std::vector<GripperMechanism> grippers;  ///< of each robot's tool, or of its empty flange

@@ -9,8 +9,10 @@
 #include "world/render/cell/machine_meshes.hpp"
 #include "world/render/cell/palette.hpp"
 #include "world/render/cell/part_meshes.hpp"
+#include "world/render/cell/piece_meshes.hpp"
 #include "world/robot/kinematics/dynamics.hpp"
 #include "world/scene/model/free_body.hpp"
+#include "world/scene/model/pieces.hpp"
 
 namespace aprsim::render {
 namespace {
@@ -67,9 +69,21 @@ std::size_t CellModel::add_shared(const Mesh* mesh, std::uint16_t object) {
 
 void CellModel::add_bodies(const scene::Scene& scene) {
   const auto colours = gear_colours(scene);
-  std::map<std::string, const Mesh*> gears;
+  std::map<std::string, const Mesh*> gears, parts;
   for (const auto& body : scene::free_bodies_of(scene)) {
     const std::uint16_t object = add_object(SceneObject::Kind::kBody, body.name);
+    if (body.is_part()) {
+      const Mesh*& mesh = parts[body.type];
+      if (mesh == nullptr) {
+        const auto number =
+            std::distance(scene.part_types.begin(), scene.part_types.find(body.type));
+        meshes_->push_back(pieces_mesh(
+            body.pieces, kPartColours[static_cast<std::size_t>(number) % std::size(kPartColours)]));
+        mesh = &meshes_->back();
+      }
+      bodies_.push_back(add_shared(mesh, object));
+      continue;
+    }
     if (!body.is_gear()) {
       const scene::TrayType& type = scene.tray_types.at(body.type);
       bodies_.push_back(
@@ -118,6 +132,13 @@ void CellModel::add_surroundings(const scene::Scene& scene) {
     const Eigen::Isometry3d X_WS = box.X_WS.isometry();
     extent_.extend(X_WS * Eigen::Vector3d(0.5 * box.size));
     extent_.extend(X_WS * Eigen::Vector3d(-0.5 * box.size));
+  }
+  for (const auto& fixture : scene.fixtures) {
+    add(pieces_mesh(fixture.pieces, kFixtureColour),
+        add_object(SceneObject::Kind::kFixed, fixture.name), fixture.X_WP);
+    const Eigen::AlignedBox3d box = scene::bounds_of(fixture.pieces);
+    extent_.extend(fixture.X_WP.isometry() * box.min());
+    extent_.extend(fixture.X_WP.isometry() * box.max());
   }
   if (scene.conveyor) {
     const std::uint16_t object = add_object(SceneObject::Kind::kBelt, "conveyor");

@@ -19,4 +19,9 @@ inline constexpr std::uint32_t kDarkColour = 0x2b3037;
 /// detection of gears accepts: yellow to green.
 inline constexpr std::uint32_t kGearColours[] = {0x2f9e3f, 0xf08a24, 0xf2c81c, 0xd64550, 0x18a35c};
 
+/// Colours of parts by the number of their type, and of fixtures.
+inline constexpr std::uint32_t kPartColours[] = {0x3f7fd0, 0xc8ccd2, 0xb5533c, 0xd9a441,
+                                                 0x5b8f6b, 0x7a5ea8, 0x4a5058};
+inline constexpr std::uint32_t kFixtureColour = 0x7d8793;
+
 }  // namespace aprsim::render

@@ -35,11 +35,23 @@ Vector3d prism_support(const PrismSolid& prism, const Vector3d& d) {
   return {corner.x(), corner.y(), std::copysign(prism.half_height, d.z())};
 }
 
+Vector3d capsule_support(const CapsuleSolid& capsule, const Vector3d& d) {
+  const double norm = d.norm(), scale = norm > 0 ? capsule.radius / norm : 0;
+  return Vector3d(0, 0, std::copysign(capsule.half_length, d.z())) + scale * d;
+}
+
+Vector3d hull_support(const HullSolid& hull, const Vector3d& d) {
+  const auto nearer = [&d](const Vector3d& p, const Vector3d& q) { return d.dot(p) < d.dot(q); };
+  return *std::max_element(hull.corners.begin(), hull.corners.end(), nearer);
+}
+
 struct Support {
   Vector3d d;
   Vector3d operator()(const BoxSolid& box) const { return box_support(box, d); }
   Vector3d operator()(const FrustumSolid& frustum) const { return frustum_support(frustum, d); }
   Vector3d operator()(const PrismSolid& prism) const { return prism_support(prism, d); }
+  Vector3d operator()(const CapsuleSolid& capsule) const { return capsule_support(capsule, d); }
+  Vector3d operator()(const HullSolid& hull) const { return hull_support(hull, d); }
 };
 
 /// Half the size of a box about the centre that holds the solid.
@@ -53,6 +65,14 @@ struct HalfSize {
     Eigen::Vector2d half = Eigen::Vector2d::Zero();
     for (const auto& corner : prism.outline.corners) half = half.cwiseMax(corner.cwiseAbs());
     return {half.x(), half.y(), prism.half_height};
+  }
+  Vector3d operator()(const CapsuleSolid& capsule) const {
+    return {capsule.radius, capsule.radius, capsule.half_length + capsule.radius};
+  }
+  Vector3d operator()(const HullSolid& hull) const {
+    Vector3d half = Vector3d::Zero();
+    for (const Vector3d& corner : hull.corners) half = half.cwiseMax(corner.cwiseAbs());
+    return half;
   }
 };
 
@@ -77,6 +97,9 @@ std::vector<Vector3d> candidate_directions(const Solid& a, const Solid& b) {
     for (int j = 0; j < 3; ++j) result.push_back(axes_a.col(i).cross(axes_b.col(j)));
   }
   for (const Solid* solid : {&a, &b}) {
+    if (const auto* hull = std::get_if<HullSolid>(&solid->shape)) {
+      for (const Vector3d& n : hull->normals) result.push_back(solid->X_WS.linear() * n);
+    }
     const auto* prism = std::get_if<PrismSolid>(&solid->shape);
     if (!prism) continue;
     for (const auto& n : prism->outline.normals) {

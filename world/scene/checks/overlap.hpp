@@ -1,6 +1,7 @@
 #pragma once
 
 #include <variant>
+#include <vector>
 
 #include <Eigen/Geometry>
 
@@ -21,8 +22,16 @@ struct PrismSolid {
   Outline outline;
   double half_height = 0;
 };
+/// Capsule about z, centred half-way up; a sphere where it has no length.
+struct CapsuleSolid {
+  double radius = 0, half_length = 0;
+};
+/// Convex polyhedron about the frame's origin.
+struct HullSolid {
+  std::vector<Eigen::Vector3d> corners, normals;
+};
 struct Solid {
-  std::variant<BoxSolid, FrustumSolid, PrismSolid> shape;
+  std::variant<BoxSolid, FrustumSolid, PrismSolid, CapsuleSolid, HullSolid> shape;
   Eigen::Isometry3d X_WS = Eigen::Isometry3d::Identity();  ///< centre in world
 
   /// The point furthest along `d_W`.

@@ -16,4 +16,11 @@ namespace aprsim::scene {
 /// Disc, peg and hub.
 [[nodiscard]] std::array<Solid, 3> solids_of(const GearType& type, const Pose& X_WP);
 
+/// `X_WP`: frame of the part or fixture.
+[[nodiscard]] Solid solid_of(const api::Piece& piece, const Pose& X_WP);
+
+/// Whether the piece, as far as it lies under the tray's top face, lies in one pocket.
+[[nodiscard]] bool lies_in_pocket(const api::Piece& piece, const Pose& X_WB, const TrayType& tray,
+                                  const Pose& X_WP);
+
 }  // namespace aprsim::scene

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "world/scene/model/part_shapes.hpp"
+#include "world/scene/model/pieces.hpp"
 
 namespace aprsim::scene {
 namespace {
@@ -35,6 +36,17 @@ FreeBody gear_of(const GearInstance& gear, const GearType& type) {
   return out;
 }
 
+FreeBody part_of(const PartInstance& part, const PartType& type) {
+  FreeBody out;
+  out.name = part.name;
+  out.type = part.type;
+  out.kind = api::BodyKind::kPart;
+  out.mass_kg = type.mass_kg;
+  out.slab = bounds_of(type.pieces);
+  out.pieces = type.pieces;
+  return out;
+}
+
 }  // namespace
 
 std::vector<FreeBody> free_bodies_of(const Scene& scene) {
@@ -44,6 +56,9 @@ std::vector<FreeBody> free_bodies_of(const Scene& scene) {
   }
   for (const auto& gear : scene.gears) {
     bodies.push_back(gear_of(gear, scene.gear_types.at(gear.type)));
+  }
+  for (const auto& part : scene.parts) {
+    bodies.push_back(part_of(part, scene.part_types.at(part.type)));
   }
   return bodies;
 }

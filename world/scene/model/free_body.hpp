@@ -10,25 +10,28 @@
 
 namespace aprsim::scene {
 
-/// A gear or tray of a scene with the outline that sensors, faults and descriptions use. Frames as
-/// in api::BodyDescription.
+/// A gear, tray or part of a scene with the outline that sensors, faults and descriptions use.
+/// Frames as in api::BodyDescription.
 struct FreeBody {
   std::string name, type;
   api::BodyKind kind = api::BodyKind::kGear;
   double mass_kg = 0;
   // gears only [m]
   double disc_radius_m = 0, disc_height_m = 0, peg_radius_m = 0, peg_top_m = 0;
-  // trays only: the slab without its pockets, or the box around it [m]
+  // trays: the slab without its pockets, or the box around it; parts: around all pieces [m]
   Eigen::AlignedBox3d slab;
   std::optional<Outline> outline;  ///< of the slab, where it is no box
+  std::vector<api::Piece> pieces;  ///< of parts only
 
   /// Whether a point of the tray's plane lies on the slab.
   [[nodiscard]] bool covers(const Eigen::Vector2d& p_P) const;
 
   [[nodiscard]] bool is_gear() const { return kind == api::BodyKind::kGear; }
+  [[nodiscard]] bool is_part() const { return kind == api::BodyKind::kPart; }
+  [[nodiscard]] bool is_tray() const { return !is_gear() && !is_part(); }
 };
 
-/// Gears and trays as a cell numbers them: trays first, then gears.
+/// Free bodies as a cell numbers them: trays first, then gears, then parts.
 [[nodiscard]] std::vector<FreeBody> free_bodies_of(const Scene& scene);
 
 /// True if a gear's origin is over a tray's slab and within 5 mm of its top face.

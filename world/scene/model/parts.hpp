@@ -1,17 +1,16 @@
 #pragma once
 
-#include <algorithm>
-#include <cstddef>
 #include <map>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "world/api/description/cell_description.hpp"
+#include "world/api/values/piece.hpp"
 #include "world/api/values/pose.hpp"
+#include "world/scene/model/outline.hpp"
 
-/// Gears and trays: their shapes, and where a scene puts them. SI.
+/// Gears, trays, parts and fixtures: their shapes, and where a scene puts them. SI.
 namespace aprsim::scene {
 
 /// Surface of revolution about z, all z relative to the gear frame (origin: disc underside).
@@ -34,38 +33,10 @@ struct Pocket {
 
 struct Slot {
   std::string name;
-  std::string gear_type;
+  std::string gear_type;  ///< of the gear or part that it takes
   Eigen::Vector2d xy = Eigen::Vector2d::Zero();  ///< in the tray frame [m]
   Pocket pocket;
 };
-
-/// A convex polygon in the plane z = 0 of a tray, counter-clockwise seen from above [m].
-struct Outline {
-  static constexpr std::size_t kMaxCorners = 24;
-  std::vector<Eigen::Vector2d> corners;
-  std::vector<Eigen::Vector2d> normals;  ///< outward, of the side from corner i to corner i + 1
-
-  /// Distance of a point from the nearest side's line, positive inside.
-  [[nodiscard]] double depth_of(const Eigen::Vector2d& p) const {
-    double depth = 1e30;
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      depth = std::min(depth, normals[i].dot(corners[i] - p));
-    }
-    return depth;
-  }
-};
-
-/// The outline with these corners, which must be convex and counter-clockwise.
-[[nodiscard]] inline Outline outline_of(std::vector<Eigen::Vector2d> corners) {
-  Outline outline;
-  outline.corners = std::move(corners);
-  for (std::size_t i = 0; i < outline.corners.size(); ++i) {
-    const Eigen::Vector2d side =
-        outline.corners[(i + 1) % outline.corners.size()] - outline.corners[i];
-    outline.normals.push_back(Eigen::Vector2d(side.y(), -side.x()).normalized());
-  }
-  return outline;
-}
 
 /// A square recess for a label in the tray's top face, centred on its frame. Nothing collides with
 /// it.
@@ -89,7 +60,7 @@ struct TrayInstance {
   std::string name;
   std::string type;
   Pose X_WP;                                 ///< tray frame (top face) in world
-  std::map<std::string, std::string> gears;  ///< slot name -> gear body name
+  std::map<std::string, std::string> gears;  ///< slot name -> body name of its gear or part
   std::vector<std::string> reachable_by;     ///< robots that reach every slot, tool down
 };
 
@@ -97,6 +68,44 @@ struct GearInstance {
   std::string name;
   std::string type;
   Pose X_WP;
+};
+
+/// A rigid union of convex pieces.
+struct PartType {
+  std::string name;
+  std::vector<api::Piece> pieces;
+  double mass_kg = 0;
+  Eigen::Vector3d com = Eigen::Vector3d::Zero();      ///< in the part's frame
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< about the com, axes of the part's frame
+  std::string material;                               ///< see MaterialPair
+};
+
+struct PartInstance {
+  std::string name;
+  std::string type;
+  Pose X_WP;
+};
+
+/// Something fixed that consists of convex pieces, such as a bin or a chute.
+struct Fixture {
+  std::string name;
+  std::vector<api::Piece> pieces;
+  Pose X_WP;
+  std::string material;
+};
+
+/// Materials of what has none of its own. Parts are as gears and fixtures as fixed boxes, unless a
+/// scene gives them a material.
+inline constexpr const char *kGearMaterial = "gear", *kTrayMaterial = "tray",
+                            *kFixedMaterial = "fixed", *kBeltMaterial = "belt",
+                            *kRobotMaterial = "robot";
+
+/// Contacts of parts and fixtures between two materials.
+struct MaterialPair {
+  std::string a, b;
+  double friction = 0;     ///< Coulomb's coefficient
+  double restitution = 0;  ///< share of the speed of approach that an impact gives back
+  double rolling_m = 0, spinning_m = 0;  ///< torque across and about the normal, per normal force
 };
 
 }  // namespace aprsim::scene

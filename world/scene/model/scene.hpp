@@ -73,6 +73,7 @@ struct Physics {
   SurfacePairs friction = kUsualFriction;
   SurfacePairs restitution;            ///< share of the speed of approach that an impact gives back
   SurfacePairs rolling_m, spinning_m;  ///< torque across and about the normal, per normal force
+  std::vector<MaterialPair> materials;  ///< pairs that are not listed are as those of gears
   /// Residual of the contacts at the end of a step, in velocity. Those of driven bodies, such as
   /// fingers, are always solved to 1e-8 m/s; a step that converges slowly ends at 3e-5 m/s. A
   /// larger value is faster and coarser.
@@ -94,15 +95,18 @@ struct Scene {
   Physics physics;
   std::map<std::string, GearType> gear_types;
   std::map<std::string, TrayType> tray_types;
+  std::map<std::string, PartType> part_types;
   std::vector<Robot> robots;
   std::vector<Camera> cameras;
   std::vector<Tool> tools;  ///< listed by the scene; tools_of() gives all
   std::optional<Conveyor> conveyor;
   std::optional<api::LightCurtainDescription> light_curtain;
   std::vector<StaticBox> fixed;
+  std::vector<Fixture> fixtures;
   bool floor = true;  ///< ground plane z = 0
   std::vector<TrayInstance> trays;
   std::vector<GearInstance> gears;  ///< loose and in slots alike; a slot's gear has its slot's pose
+  std::vector<PartInstance> parts;
 };
 
 }  // namespace aprsim::scene

@@ -5,9 +5,11 @@
 #include <set>
 
 #include "world/scene/model/part_shapes.hpp"
+#include "world/scene/model/pieces.hpp"
 #include "world/scene/readers/camera_reader.hpp"
 #include "world/scene/readers/crcl_joint_reader.hpp"
 #include "world/scene/readers/light_curtain_reader.hpp"
+#include "world/scene/readers/piece_reader.hpp"
 #include "world/scene/readers/reading.hpp"
 #include "world/scene/readers/server_reader.hpp"
 #include "world/scene/readers/tool_reader.hpp"
@@ -188,6 +190,30 @@ class ObjectReader {
     scene_.fixed.push_back(std::move(box));
   }
 
+  void fixture(const yaml::Node& node) {
+    const yaml::Map keys = node.map({"name", "pieces", "material", "xyz_m", "rpy_deg"});
+    Fixture fixture = read_fixture(keys);
+    fixture.name = claim(keys["name"], fixed_, "fixed object");
+    if (fixture.name == kConveyorName || fixture.name == kFloorName) {
+      keys["name"].unexpected("a name other than conveyor and floor");
+    }
+    scene_.fixtures.push_back(std::move(fixture));
+  }
+
+  void part(const yaml::Node& node) {
+    const yaml::Map keys = node.map({"name", "type", "on", "xy_m", "yaw_deg", "xyz_m", "rpy_deg"});
+    PartInstance part;
+    part.name = claim(keys["name"], bodies_, "body");
+    const PartType* type = read_reference(keys["type"], "part type", types_.parts);
+    if (!type) return;
+    part.type = type->name;
+    const Eigen::AlignedBox3d box = bounds_of(type->pieces);
+    part.X_WP = keys["on"] ? pose_on_support(keys, {"part", -box.min().z(), box.center().head<2>()})
+                           : free_pose(keys);
+    scene_.parts.push_back(std::move(part));
+    nodes_.parts.push_back(node);
+  }
+
   void tray(const yaml::Node& node) {
     const yaml::Map keys = node.map(
         {"name", "type", "on", "xy_m", "yaw_deg", "xyz_m", "rpy_deg", "gears", "reachable_by"});
@@ -196,7 +222,10 @@ class ObjectReader {
     const TrayType* type = read_reference(keys["type"], "tray type", types_.trays);
     if (!type) return;
     tray.type = type->name;
-    tray.X_WP = keys["on"] ? pose_on_support(keys, *type) : free_pose(keys);
+    tray.X_WP =
+        keys["on"]
+            ? pose_on_support(keys, {"tray", type->thickness_m, (type->min_xy + type->max_xy) / 2})
+            : free_pose(keys);
     for (const auto& [slot_name, gear] : keys["gears"].entries()) {
       seat_gear(slot_name, gear, *type, tray);
     }
@@ -280,7 +309,14 @@ class ObjectReader {
     return read_pose(keys["xyz_m"], keys["rpy_deg"]);
   }
 
-  Pose pose_on_support(const yaml::Map& keys, const TrayType& type) const {
+  /// Something that can be put on a support.
+  struct Footprint {
+    std::string kind;
+    double below_m;          // from its frame down to its underside
+    Eigen::Vector2d middle;  // of its underside, in its frame
+  };
+
+  Pose pose_on_support(const yaml::Map& keys, const Footprint& thing) const {
     for (const char* key : {"xyz_m", "rpy_deg"}) {
       if (const yaml::Node node = keys[key]) {
         node.error("a place in the world", "xy_m and yaw_deg, as \"on\" is given");
@@ -295,12 +331,13 @@ class ObjectReader {
     if ((support->X_WF.q * Eigen::Vector3d::UnitZ()).z() < 1 - 1e-9) {
       keys["on"].unexpected("a support with a horizontal top face");
     }
-    pose.p.z() = support->X_WF.p.z() + type.thickness_m;
-    const Eigen::Vector2d middle = (type.min_xy + type.max_xy) / 2;
-    const Eigen::Vector3d centre = pose.p + pose.q * Eigen::Vector3d(middle.x(), middle.y(), 0);
+    pose.p.z() = support->X_WF.p.z() + thing.below_m;
+    const Eigen::Vector3d centre =
+        pose.p + pose.q * Eigen::Vector3d(thing.middle.x(), thing.middle.y(), 0);
     const Eigen::Vector3d p_F = support->X_WF.q.inverse() * (centre - support->X_WF.p);
     if ((p_F.head<2>().cwiseAbs().array() > support->half_size.array()).any()) {
-      keys["xy_m"].error("a tray whose middle is beside " + keys["on"].text(), "it above");
+      keys["xy_m"].error("a " + thing.kind + " whose middle is beside " + keys["on"].text(),
+                         "it above");
     }
     return pose;
   }
@@ -328,6 +365,11 @@ class ObjectReader {
       gear.name = claim(node, bodies_, "body");
     }
     tray.gears[slot_name] = gear.name;
+    if (types_.parts.contains(gear.type)) {
+      scene_.parts.push_back({gear.name, gear.type, gear.X_WP});
+      nodes_.parts.push_back(node);
+      return;
+    }
     scene_.gears.push_back(std::move(gear));
     nodes_.gears.push_back(node);
   }
@@ -358,10 +400,7 @@ OdeSettings read_ode_settings(const yaml::Node& node) {
 Physics read_physics(const yaml::Node& node) {
   Physics physics;
   if (!node) return physics;
-  const yaml::Map keys =
-      node.map({"step_s", "gravity_m_s2", "friction", "restitution", "rolling_resistance_mm",
-                "spinning_resistance_mm", "residual_m_s", "simplification", "simplify_speed_m_s",
-                "simplify_accel_m_s2", "simplify_force_n", "engine", "ode"});
+  const yaml::Map keys = node.map(kPhysicsKeys);
   // The explicit springs of the contact and gripper laws are stable up to 2 ms.
   physics.step_s =
       keys["step_s"].number_or(physics.step_s, {.min = 0, .max = 0.002, .open_min = true});
@@ -372,6 +411,7 @@ Physics read_physics(const yaml::Node& node) {
       read_pairs(keys["rolling_resistance_mm"], physics.rolling_m, kMostResistanceMm, 1e-3);
   physics.spinning_m =
       read_pairs(keys["spinning_resistance_mm"], physics.spinning_m, kMostResistanceMm, 1e-3);
+  physics.materials = read_material_pairs(keys["materials"]);
   physics.residual_m_s =
       keys["residual_m_s"].number_or(physics.residual_m_s, {.min = 1e-8, .max = 1e-3});
   physics.simplification = static_cast<Simplification>(
@@ -402,11 +442,13 @@ BodyNodes read_objects(const yaml::Map& keys, const Types& types, Scene& scene) 
   read_cameras(keys["cameras"], scene);
   if (const yaml::Node node = keys["conveyor"]) reader.conveyor(node);
   for (const yaml::Node& node : keys["fixed"].items()) reader.fixed(node);
+  for (const yaml::Node& node : keys["fixtures"].items()) reader.fixture(node);
   for (const yaml::Node& node : keys["holders"].items()) reader.holder(node);
   reader.check_tools();
   read_light_curtain(keys["light_curtain"], scene);
   for (const yaml::Node& node : keys["trays"].items()) reader.tray(node);
   for (const yaml::Node& node : keys["gears"].items()) reader.loose_gear(node);
+  for (const yaml::Node& node : keys["parts"].items()) reader.part(node);
   return reader.nodes();
 }
 

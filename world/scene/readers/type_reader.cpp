@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "world/scene/checks/type_checks.hpp"
+#include "world/scene/readers/piece_reader.hpp"
 #include "world/scene/readers/reading.hpp"
 
 namespace aprsim::scene {
@@ -62,8 +63,12 @@ Slot read_slot(const yaml::Node& node, const Types& types) {
   const yaml::Map keys = node.map({"name", "gear", "pocket", "xy_m"});
   Slot slot;
   slot.name = read_name(keys["name"]);
-  if (const auto* gear = read_reference(keys["gear"], "gear type", types.gears)) {
-    slot.gear_type = gear->name;
+  slot.gear_type = keys["gear"].text();
+  if (!types.gears.contains(slot.gear_type) && !types.parts.contains(slot.gear_type)) {
+    std::vector<std::string> known = keys_of(types.gears);
+    for (const auto& [name, type] : types.parts) known.push_back(name);
+    report_unknown(keys["gear"], slot.gear_type,
+                   types.parts.empty() ? "gear type" : "gear or part type", known);
   }
   if (const auto* pocket = read_reference(keys["pocket"], "pocket", types.pockets)) {
     slot.pocket = *pocket;
@@ -297,6 +302,9 @@ void read_types(const yaml::Map& keys, const FileScope& scope, Types& types) {
   }
   for (const auto& [name, node] : keys["gear_types"].entries()) {
     if (is_new(node, name, types.gears)) types.gears[name] = read_gear_type(node, name);
+  }
+  for (const auto& [name, node] : keys["part_types"].entries()) {
+    if (is_new(node, name, types.parts)) types.parts[name] = read_part_type(node, name);
   }
   for (const auto& [name, node] : keys["tray_types"].entries()) {
     if (is_new(node, name, types.trays)) types.trays[name] = read_tray_type(node, name, types);

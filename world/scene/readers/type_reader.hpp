@@ -15,11 +15,12 @@ struct Types {
   std::map<std::string, Pocket> pockets;
   std::map<std::string, GearType> gears;
   std::map<std::string, TrayType> trays;
+  std::map<std::string, PartType> parts;
   std::map<std::string, Robot> robots;  ///< with neither name nor place
 };
 
-/// Adds the types under the keys pockets, gear_types, tray_types and robot_types of `keys`.
-/// `scope` finds the models of robots.
+/// Adds the types under the keys pockets, gear_types, tray_types, part_types and robot_types of
+/// `keys`. `scope` finds the models of robots.
 void read_types(const yaml::Map& keys, const FileScope& scope, Types& types);
 
 /// A parallel gripper, as robot types and tools have it.

@@ -30,7 +30,7 @@ export class NameLabels {
     cell.robots.forEach(({name}, i) => this.add(name, robots[i], true));
     cell.tools.forEach(({name}, i) => this.add(name, tools[i], false));
     cell.bodies.forEach(({name, kind}, i) => {
-      if (kind !== BodyKind.GEAR) this.add(name, bodies[i], false);
+      if (kind !== BodyKind.GEAR && kind !== BodyKind.PART) this.add(name, bodies[i], false);
     });
   }
 

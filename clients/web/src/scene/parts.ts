@@ -11,9 +11,11 @@ import {
 import {place, toVector} from './convert';
 import {surface, type SurfaceMaterial} from './materials';
 import {flatLabel} from './lettering';
+import {piecesGeometry} from './pieces';
 import {gearGeometry, trayGeometry, type Pocket, type Slab} from './shapes';
 
 const kGearColors = [0xf08a24, 0x18a999, 0x8a63d2, 0xd64550, 0x3f8efc];
+const kPartColors = [0x3f7fd0, 0xc8ccd2, 0xb5533c, 0xd9a441, 0x5b8f6b, 0x7a5ea8, 0x4a5058];
 const kGroupNames: Record<number, string> = {
   [GroupKind.JOINED]: 'joined, group',
   [GroupKind.MERGED]: 'merged, group',
@@ -32,7 +34,7 @@ const kLabelSizes = [
 const kLabelStep_m = 0.003;
 const kLabelMargin_m = 0.0015;
 
-/** Gears and trays. Bodies of one type share one geometry. */
+/** Gears, trays and parts. Bodies of one type share one geometry. */
 export class Parts {
   readonly root = new THREE.Group();
   readonly meshes: THREE.Mesh[] = [];
@@ -44,6 +46,9 @@ export class Parts {
     const gears = [
       ...new Set(cell.bodies.filter((b) => b.kind === BodyKind.GEAR).map((b) => b.type))
     ];
+    const types = cell.bodyTypes.filter((type) =>
+      cell.bodies.some((b) => b.type === type && b.kind === BodyKind.PART)
+    );
     const sizes = new Map(
       cell.bodies.map((b) => [
         b.type,
@@ -54,7 +59,14 @@ export class Parts {
     cell.bodies.forEach((body, index) => {
       let shape = shapes.get(body.type);
       if (!shape)
-        shapes.set(body.type, (shape = geometryOf(body, appearance, gears.indexOf(body.type))));
+        shapes.set(
+          body.type,
+          (shape = geometryOf(
+            body,
+            appearance,
+            body.kind === BodyKind.PART ? types.indexOf(body.type) : gears.indexOf(body.type)
+          ))
+        );
       const mesh = new THREE.Mesh(shape, this.plain);
       mesh.castShadow = mesh.receiveShadow = true;
       mesh.userData.pick = {kind: 'body', index};
@@ -100,9 +112,14 @@ export function groupOf(body: BodyState): string {
 function geometryOf(
   body: BodyDescription,
   appearance: CellAppearance | null,
-  gear: number
+  number: number
 ): THREE.BufferGeometry {
   const {geometry} = body;
+  if (geometry.case === 'part')
+    return piecesGeometry(
+      geometry.value.pieces,
+      kPartColors[Math.max(0, number) % kPartColors.length]!
+    );
   if (geometry.case === 'gear') {
     const {discRadiusM, discHeightM, pegRadiusM, pegTopM} = geometry.value;
     const {
@@ -123,7 +140,7 @@ function geometryOf(
     };
     return gearGeometry(
       sizes,
-      new THREE.Color(kGearColors[Math.max(0, gear) % kGearColors.length])
+      new THREE.Color(kGearColors[Math.max(0, number) % kGearColors.length])
     );
   }
   if (geometry.case !== 'tray') return new THREE.BoxGeometry(0.02, 0.02, 0.02);

@@ -17,6 +17,7 @@ import {Parts} from './parts';
 import {adaptive, software} from './quality';
 import {RobotMarks} from './robot_marks';
 import {RobotModel} from './robot_model';
+import {makeFixture} from './pieces';
 import {Belt, makeFixed, makeFloor} from './surroundings';
 import {ToolModel} from './tool_model';
 
@@ -398,6 +399,7 @@ export class View implements CellView {
     this.fixed = this.state.appearance ? makeFixed(this.state.appearance) : undefined;
     if (this.fixed) this.content.add(this.fixed);
     this.content.add(
+      ...cell.fixtures.map(makeFixture),
       this.parts.root,
       this.cameras.root,
       this.eyes.root,

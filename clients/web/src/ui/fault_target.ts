@@ -21,11 +21,11 @@ function namesOf(word: string, cell: CellDescription, robot: number): string[] {
     case 'NUMBER':
       return (cell.robots[robot]?.joints ?? []).map((_, i) => String(i + 1));
     case 'GEAR':
-      return bodies(BodyKind.GEAR);
+      return bodies(BodyKind.GEAR, BodyKind.PART);
     case 'TRAY':
       return bodies(BodyKind.KIT_TRAY, BodyKind.PART_TRAY);
     case 'NAME':
-      return bodies(BodyKind.GEAR, BodyKind.KIT_TRAY, BodyKind.PART_TRAY);
+      return bodies(BodyKind.GEAR, BodyKind.PART, BodyKind.KIT_TRAY, BodyKind.PART_TRAY);
     case 'EYE':
       return cell.conveyor?.photoEyes.map(({name}) => name) ?? [];
     case 'CAMERA':

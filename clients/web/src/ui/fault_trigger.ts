@@ -70,7 +70,9 @@ export class FaultTrigger {
 
   offer(cell: CellDescription, quantities: FaultQuantity[]): void {
     this.quantities = quantities;
-    const types = cell.bodies.filter(({kind}) => kind === BodyKind.GEAR).map(({type}) => type);
+    const types = cell.bodies
+      .filter(({kind}) => kind === BodyKind.GEAR || kind === BodyKind.PART)
+      .map(({type}) => type);
     fill(this.type, [...new Set(types)]);
     fill(
       this.robot,

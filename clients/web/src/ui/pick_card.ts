@@ -91,6 +91,10 @@ export class PickCard {
           'peg',
           `up to ${units.lengthText(geometry.value.pegTopM)} ${units.length} above its position`
         );
+      if (geometry.case === 'part') {
+        this.facts.set('material', geometry.value.material);
+        this.facts.set('pieces', String(geometry.value.pieces.length));
+      }
       this.showContacts(snapshot, 'body', pick.index);
     } else if (pick.kind === 'robot') {
       name = cell.robots[pick.index]?.name ?? '';
@@ -111,8 +115,10 @@ export class PickCard {
           'size',
           [s.x, s.y, s.z].map((x) => units.lengthText(x)).join(' × ') + ` ${units.length}`
         );
-      pose = box?.boxInWorld;
-      what = 'centre ';
+      const fixture = cell.fixtures.find((f) => f.name === pick.name);
+      if (fixture) this.facts.set('pieces', String(fixture.pieces.length));
+      pose = box?.boxInWorld ?? fixture?.fixtureInWorld;
+      what = box ? 'centre ' : '';
     }
     this.showPose(pose, what);
     text(this.title, name);

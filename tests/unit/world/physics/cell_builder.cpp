@@ -179,6 +179,11 @@ int Bench::index_of(const std::string& body) const {
   for (std::size_t i = 0; i < scene.gears.size(); ++i) {
     if (scene.gears[i].name == body) return static_cast<int>(scene.trays.size() + i);
   }
+  for (std::size_t i = 0; i < scene.parts.size(); ++i) {
+    if (scene.parts[i].name == body) {
+      return static_cast<int>(scene.trays.size() + scene.gears.size() + i);
+    }
+  }
   throw std::invalid_argument("no body " + body);
 }
 
@@ -205,7 +210,10 @@ std::string name_of(const scene::Scene& scene, const PhysicsWorld& world,
   if (side.kind == api::ContactSide::Kind::kFixed) return world.fixed_names().at(index);
   if (side.kind == api::ContactSide::Kind::kRobot) return scene.robots.at(index).name;
   const std::size_t trays = scene.trays.size();
-  return index < trays ? scene.trays[index].name : scene.gears.at(index - trays).name;
+  const std::size_t gears = scene.gears.size();
+  if (index < trays) return scene.trays[index].name;
+  if (index < trays + gears) return scene.gears[index - trays].name;
+  return scene.parts.at(index - trays - gears).name;
 }
 
 }  // namespace aprsim::physics::test

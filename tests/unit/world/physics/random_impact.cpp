@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <random>
+#include <span>
 
 #include "tests/unit/world/physics/cell_builder.hpp"
+#include "tests/unit/world/physics/random_part.hpp"
 #include "world/physics/bodies/mass_properties.hpp"
+#include "world/scene/model/pieces.hpp"
 
 namespace aprsim::physics::test {
 namespace {
@@ -89,8 +92,28 @@ void cut_corners(scene::Scene& scene) {
   }
 }
 
+/// Adds a part of one or two random pieces, which touch; returns its mass properties.
+MassProperties add_pieces(scene::Scene& scene, std::uint64_t seed, const std::string& name,
+                          const Pose& X) {
+  constexpr double kRadius_m = 0.03;
+  std::mt19937_64 random(seed + 1);
+  const auto pick = [&] {
+    const auto number = std::uniform_int_distribution<int>(0, kPieceShapes - 1)(random);
+    return random_piece(static_cast<PieceShape>(number), kRadius_m, random);
+  };
+  std::vector<api::Piece> pieces{pick()};
+  if (random() % 2 == 0) {
+    pieces.push_back(pick());
+    const double top = scene::bounds_of(std::span(pieces).first(1)).max().z();
+    pieces.back().X_BP.p.z() = top - scene::bounds_of(std::span(pieces).last(1)).min().z();
+  }
+  const scene::PartType type = part_type(name, pieces, 0.2);
+  add_part(scene, name, type, X);
+  return {type.mass_kg, type.com, type.inertia};
+}
+
 /// Adds a body of a random type; returns its mass properties.
-MassProperties add_part(scene::Scene& scene, Dice& dice, const std::string& name, const Pose& X) {
+MassProperties add_body(scene::Scene& scene, Dice& dice, const std::string& name, const Pose& X) {
   if (dice.chance(0.3)) {
     static constexpr std::array kTrays = {"small4", "medium4", "d504", "d604"};
     const char* type = kTrays[static_cast<std::size_t>(dice.between(0, 4))];
@@ -130,9 +153,12 @@ ImpactOutcome random_impact(std::uint64_t seed, const ImpactRange& range) {
   }
   std::array<MassProperties, 2> masses;
   // Trays come first among the bodies.
-  masses[0] = add_part(scene, dice, "a", first);
-  masses[1] = add_part(scene, dice, "b", second);
-  const bool swapped = scene.trays.size() == 1 && scene.trays[0].name == "b";
+  masses[0] = range.parts ? add_pieces(scene, seed, "a", first) : add_body(scene, dice, "a", first);
+  masses[1] = range.parts && dice.chance(0.7) ? add_pieces(scene, seed + 1, "b", second)
+                                              : add_body(scene, dice, "b", second);
+  // Trays come first, then gears, then parts.
+  const bool swapped = (scene.trays.size() == 1 && scene.trays[0].name == "b") ||
+                       (scene.parts.size() == 1 && scene.gears.size() == 1);
   if (swapped) std::swap(masses[0], masses[1]);
   Bench bench(std::move(scene));
   PhysicsWorld& world = *bench.world;

@@ -19,6 +19,7 @@ struct ImpactRange {
   double max_restitution = 1, max_friction = 1;
   double max_residual_m_s = 1e-8;  ///< see scene::Physics
   bool outlines = false;           ///< trays are polygons with cut corners, no boxes
+  bool parts = false;              ///< the first body is a part of one or two random pieces
 };
 
 /// Throws a random part at another one in free space, without gravity: gears and trays of random

@@ -6,7 +6,9 @@
 #include <gtest/gtest.h>
 
 #include "world/render/cell/part_meshes.hpp"
+#include "world/render/cell/piece_meshes.hpp"
 #include "world/render/mesh/triangulation.hpp"
+#include "world/scene/model/pieces.hpp"
 
 namespace aprsim::render {
 namespace {
@@ -35,6 +37,27 @@ double gap(const Mesh& mesh) {
 
 double regular_polygon_area(double radius, int sides) {
   return 0.5 * sides * radius * radius * std::sin(2 * std::numbers::pi / sides);
+}
+
+// Every kind of piece has all of its surface: as much volume as its mass is computed with.
+TEST(Mesh, PiecesAreClosed) {
+  const Pose moved{{0.1, 0.2, 0.3}, Eigen::Quaterniond(0.5, 0.5, 0.5, 0.5)};
+  const std::vector<Eigen::Vector3d> corners = {
+      {0.02, 0, 0}, {-0.02, 0.01, 0}, {0, -0.03, 0}, {0, 0, 0.04}, {0.01, 0.02, 0.01}};
+  const std::vector<api::Piece> pieces = {
+      {api::BoxPiece{{0.02, 0.03, 0.04}}, moved},
+      {api::ConePiece{0.02, 0.02, 0.03}, moved},
+      {api::ConePiece{0.02, 0, 0.03}, moved},
+      {api::CapsulePiece{0.02, 0}, moved},
+      {api::CapsulePiece{0.01, 0.04}, moved},
+      {api::PrismPiece{{{0.02, 0}, {0, 0.01}, {-0.02, 0}, {0, -0.03}}, 0.05}, moved},
+      {scene::hull_of(corners), moved}};
+  for (const api::Piece& piece : pieces) {
+    const Mesh mesh = pieces_mesh({&piece, 1}, 0x808080);
+    const double exact = scene::unit_mass_of({&piece, 1}).volume_m3;
+    EXPECT_NEAR(volume(mesh), exact, 0.02 * exact) << piece.shape.index();
+    EXPECT_LT(gap(mesh), 1e-8) << piece.shape.index();
+  }
 }
 
 TEST(Mesh, BoxesCylindersAndSpheresAreClosed) {

@@ -72,10 +72,8 @@ INSTANTIATE_TEST_SUITE_P(
              "you mean max_speed_m_s?)"},
         Case{"unknown_at_top", "seed: 7", "@colour: 7", "colour",
              "found an unknown key, expected one of seed, types, physics, pockets, gear_types, "
-             "tray_types, robot_types, tools, robots, cameras, conveyor, light_curtain, fixed, "
-             "holders, "
-             "floor, "
-             "trays, gears"},
+             "tray_types, part_types, robot_types, tools, robots, cameras, conveyor, "
+             "light_curtain, fixed, fixtures, holders, floor, trays, gears, parts"},
         Case{"unknown_in_list", "yaw_deg: 90\n", "@yaw_degg: 90\n", "trays[0].yaw_degg",
              "found an unknown key, expected one of name, type, on, xy_m, yaw_deg, xyz_m, "
              "rpy_deg, gears, reachable_by (did you mean yaw_deg?)"},

@@ -56,8 +56,9 @@ void mouth_on_gear(const detail::GearShape& gear, const Isometry3d& X_PG,
   if (pocket.chamfered()) touch(pocket.r_edge, pocket.z_edge);
 }
 
-/// Half of a V pad: convex, joined to the other half at x = 0. side = +1 for x > 0, -1 for x < 0.
-detail::Prism half_v(const Pad& pad, double groove_depth, double side) {
+}  // namespace
+
+detail::Prism half_v_pad(const Pad& pad, double groove_depth, double side) {
   const double half = 0.5 * pad.width_m, back = -pad.depth_m;
   const double mouth = groove_depth * std::tan(pad.v_half_angle_rad);
   const double c = std::cos(pad.v_half_angle_rad), s = std::sin(pad.v_half_angle_rad);
@@ -85,8 +86,6 @@ detail::Prism half_v(const Pad& pad, double groove_depth, double side) {
   prism.middle << middle, 0.5 * pad.height_m;
   return prism;
 }
-
-}  // namespace
 
 void gear_box(const detail::GearShape& gear, const Isometry3d& X_WG, const Vector3d& size,
               const Isometry3d& X_WS, BodyIndex a, BodyIndex b, SurfacePair pair,
@@ -138,8 +137,8 @@ void pad_gear(const Pad& pad, const Isometry3d& X_WD, const detail::GearShape& g
   } else {
     // The pad with its groove is not convex: two halves.
     const double groove = v_groove_depth(pad, gear.r_peg);
-    detail::gear_on_prism(gear, X_DG, half_v(pad, groove, 1), {}, points);
-    detail::gear_on_prism(gear, X_DG, half_v(pad, groove, -1), {}, points);
+    detail::gear_on_prism(gear, X_DG, half_v_pad(pad, groove, 1), {}, points);
+    detail::gear_on_prism(gear, X_DG, half_v_pad(pad, groove, -1), {}, points);
   }
   detail::emit_reduced_by_axis(points, X_DG.linear().col(2),
                                {X_WD, a, b, SurfacePair::kPadGear, out, true});

@@ -25,7 +25,8 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr int kMaxPlanes = Prism::kMaxSides + 2;
+constexpr int kMaxPlanes = static_cast<int>(Polytope::kMaxFaces);
+static_assert(kMaxPlanes >= Prism::kMaxSides + 2);
 constexpr int kTop = 0, kBottom = 1;
 
 /// A face plane of the prism and how the gear lies to it.
@@ -35,6 +36,7 @@ struct Plane {
   double along, sine;  ///< of the angle between n and the gear's axis
   bool crossed;        ///< the gear's bounds lie on both sides
   bool exit;           ///< the gear may be pushed out through it
+  bool internal;       ///< towards another part of the same body
   [[nodiscard]] double under(const Vector3d& p) const { return off - n.dot(p); }
 };
 
@@ -87,14 +89,25 @@ void set_planes(Pair& pair) {
   const Prism& prism = pair.prism;
   pair.planes[kTop].n = Vector3d::UnitZ();
   pair.planes[kTop].off = prism.z1;
+  pair.planes[kTop].internal = pair.planes[kBottom].internal = false;
   pair.planes[kBottom].n = -Vector3d::UnitZ();
   pair.planes[kBottom].off = -prism.z0;
   for (int i = 0; i < prism.sides; ++i) {
     const auto k = static_cast<std::size_t>(i);
     pair.planes[k + 2].n = Vector3d(prism.n[k].x(), prism.n[k].y(), 0);
     pair.planes[k + 2].off = prism.off[k];
+    pair.planes[k + 2].internal = prism.internal[k];
   }
   pair.plane_count = prism.sides + 2;
+}
+
+void set_planes(Pair& pair, const Polytope& polytope) {
+  for (std::size_t i = 0; i < polytope.faces.size(); ++i) {
+    pair.planes[i].n = polytope.faces[i].n;
+    pair.planes[i].off = polytope.faces[i].off;
+    pair.planes[i].internal = polytope.faces[i].internal;
+  }
+  pair.plane_count = static_cast<int>(polytope.faces.size());
 }
 
 /// Finds the planes the gear's bounding cylinder crosses; false when one of them keeps it outside.
@@ -115,8 +128,7 @@ bool classify_planes(Pair& pair) {
     pair.crossed_count += plane.crossed;
     // A face behind the prism's middle, as seen from the gear, would be an exit right through the
     // prism.
-    const bool internal = i > kBottom && pair.prism.internal[static_cast<std::size_t>(i - 2)];
-    facing[static_cast<std::size_t>(i)] = !internal && under < plane.under(pair.prism.middle);
+    facing[static_cast<std::size_t>(i)] = !plane.internal && under < plane.under(pair.prism.middle);
     plane.exit = plane.crossed && facing[static_cast<std::size_t>(i)];
     pair.exit_count += plane.exit;
   }
@@ -294,6 +306,18 @@ void edges_on_gear(const Pair& pair, std::span<PieceContacts> pieces, Candidates
   }
 }
 
+void edges_on_gear(const Pair& pair, const Polytope& polytope, std::span<PieceContacts> pieces,
+                   Candidates& out, Candidates& doubtful) {
+  for (const Polytope::Edge& edge : polytope.edges) {
+    if (!crossed(pair, edge.left) || !crossed(pair, edge.right)) continue;
+    const auto normal = [&polytope](int face) -> const Vector3d& { return polytope.face(face).n; };
+    const StraightEdge straight{polytope.corner(edge.from), polytope.corner(edge.to),
+                                normal(edge.left),          normal(edge.right),
+                                normal(edge.before),        normal(edge.beyond)};
+    edge_on_gear(pair.gear, pair.X_SG, straight, pieces, out, doubtful);
+  }
+}
+
 /// Is p on the surface or inside, and not in a pocket?
 bool in_material(const Pair& pair, const Vector3d& p) {
   constexpr double kSurface = 1e-9;
@@ -385,12 +409,10 @@ void arcs_on_prism(const Pair& pair, const Ring& ring, Candidates& out) {
   }
 }
 
-}  // namespace
-
-bool gear_on_prism(const GearShape& gear, const Isometry3d& X_SG, const Prism& prism,
-                   std::span<const PocketProfile> pockets, Candidates& out) {
-  Pair pair(gear, X_SG, prism, pockets);
-  set_planes(pair);
+/// After set_planes(). `add_edges` adds the contacts of the straight edges.
+template <class AddEdges>
+bool gear_on_planes(Pair& pair, const AddEdges& add_edges, Candidates& out) {
+  const GearShape& gear = pair.gear;
   if (!classify_planes(pair)) return false;
   turn_to_pocket(pair);
   // Order: rims on faces and pockets, edges on pieces, then two fallbacks for penetrations so deep
@@ -412,7 +434,7 @@ bool gear_on_prism(const GearShape& gear, const Isometry3d& X_SG, const Prism& p
   // Edges only where the gear reaches over one.
   if (pair.crossed_count > 1) {
     Candidates doubtful;
-    edges_on_gear(pair, pieces, out, doubtful);
+    add_edges(std::span<PieceContacts>(pieces), doubtful);
     // A peg whose end is just over an edge: the nearest exit that leads away from the prism.
     for (std::size_t k = 0; k < pieces.size(); ++k) {
       const auto& beside = pieces[k].beside;
@@ -427,6 +449,32 @@ bool gear_on_prism(const GearShape& gear, const Isometry3d& X_SG, const Prism& p
     if (in_reach[k]) arcs_on_prism(pair, gear.rings[k], out);
   }
   return true;
+}
+
+}  // namespace
+
+bool gear_on_prism(const GearShape& gear, const Isometry3d& X_SG, const Prism& prism,
+                   std::span<const PocketProfile> pockets, Candidates& out) {
+  Pair pair(gear, X_SG, prism, pockets);
+  set_planes(pair);
+  const auto add_edges = [&](std::span<PieceContacts> pieces, Candidates& doubtful) {
+    edges_on_gear(pair, pieces, out, doubtful);
+  };
+  return gear_on_planes(pair, add_edges, out);
+}
+
+bool gear_on_polytope(const GearShape& gear, const Isometry3d& X_SG, const Polytope& polytope,
+                      Candidates& out) {
+  Prism prism;  // only its middle and an unlimited height are used
+  prism.middle = polytope.middle;
+  prism.z0 = -1e30;
+  prism.z1 = 1e30;
+  Pair pair(gear, X_SG, prism, {});
+  set_planes(pair, polytope);
+  const auto add_edges = [&](std::span<PieceContacts> pieces, Candidates& doubtful) {
+    edges_on_gear(pair, polytope, pieces, out, doubtful);
+  };
+  return gear_on_planes(pair, add_edges, out);
 }
 
 }  // namespace aprsim::physics::detail

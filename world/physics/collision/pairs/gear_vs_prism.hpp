@@ -7,6 +7,7 @@
 #include "world/physics/collision/reduction/contact_reduction.hpp"
 #include "world/physics/collision/shapes/gear_shape.hpp"
 #include "world/physics/collision/shapes/pocket.hpp"
+#include "world/physics/collision/shapes/polytope.hpp"
 #include "world/physics/collision/shapes/prism.hpp"
 
 namespace aprsim::physics::detail {
@@ -16,5 +17,9 @@ namespace aprsim::physics::detail {
 /// frame S; normals into the gear. False when their bounds are apart (then nothing was added).
 bool gear_on_prism(const GearShape& gear, const Eigen::Isometry3d& X_SG, const Prism& prism,
                    std::span<const PocketProfile> pockets, Candidates& out);
+
+/// The same with a convex polyhedron, in its frame.
+bool gear_on_polytope(const GearShape& gear, const Eigen::Isometry3d& X_SG,
+                      const Polytope& polytope, Candidates& out);
 
 }  // namespace aprsim::physics::detail

@@ -6,6 +6,7 @@
 
 #include "world/physics/collision/shapes/contact.hpp"
 #include "world/physics/collision/shapes/gear_shape.hpp"
+#include "world/physics/collision/shapes/prism.hpp"
 #include "world/scene/model/scene.hpp"
 
 /// Contacts between the cell's shapes, from exact geometry; no ODE. Each function appends the
@@ -74,6 +75,10 @@ struct Pad {
 /// Depth of the groove [m]: v_depth_m, or when that is 0 such that both faces hold a peg of this
 /// radius 5 % inside the groove's rims; never more than what width and depth allow.
 [[nodiscard]] double v_groove_depth(const Pad& pad, double peg_radius_m);
+
+/// Half of a V pad, in its frame: convex, joined to the other half at x = 0 by an internal side.
+/// `side`: 1 for x > 0, -1 for x < 0.
+[[nodiscard]] detail::Prism half_v_pad(const Pad& pad, double groove_depth, double side);
 
 /// Pad on a gear's peg (flat: 2 points; V: up to 4), the pad's lower edge and corners on the disc,
 /// the pad's underside on the top of the peg. Never tunnels: a finger that comes down on the peg is

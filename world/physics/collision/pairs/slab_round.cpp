@@ -4,7 +4,7 @@
 
 #include "world/physics/collision/pairs/gear_vs_prism.hpp"
 #include "world/physics/collision/pairs/narrow_phase.hpp"
-#include "world/physics/collision/shapes/length.hpp"
+#include "world/physics/collision/shapes/nearness.hpp"
 
 // Round solids against slabs: a cylinder is a gear of one disc; a capsule is all that lies within a
 // radius of a segment.
@@ -25,48 +25,6 @@ detail::Prism prism_of(const SlabShape& slab) {
     prism.off[i] = prism.n[i].dot(prism.v[i]);
   }
   return prism;
-}
-
-/// Signed distance of a point to the prism, negative inside, and its gradient. It is convex.
-struct Nearness {
-  double distance = 0;
-  Vector3d out = Vector3d::UnitZ();
-};
-
-/// The same in the plane of the polygon.
-double polygon_distance(const detail::Prism& prism, const Vector2d& p, Vector2d& out) {
-  double inside = -1e30, outside2 = 1e30;
-  for (int i = 0; i < prism.sides; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const double beyond = prism.n[k].dot(p) - prism.off[k];
-    if (beyond > inside) {
-      inside = beyond;
-      if (outside2 == 1e30) out = prism.n[k];
-    }
-    if (beyond <= 0) continue;
-    // Nearest point of the side (Ericson 2005, ch. 5.1.2).
-    const Vector2d side = prism.corner(i + 1) - prism.corner(i);
-    const double t = std::clamp((p - prism.corner(i)).dot(side) / side.squaredNorm(), 0.0, 1.0);
-    const Vector2d away = p - prism.corner(i) - t * side;
-    if (away.squaredNorm() >= outside2) continue;
-    outside2 = away.squaredNorm();
-    out = away;
-  }
-  if (outside2 == 1e30) return inside;
-  const double distance = std::sqrt(outside2);
-  if (distance > 0) out /= distance;
-  return distance;
-}
-
-Nearness nearness(const detail::Prism& prism, const Vector3d& p) {
-  Vector2d beside;
-  const double side = polygon_distance(prism, p.head<2>(), beside);
-  const bool over = p.z() - prism.z1 >= prism.z0 - p.z();
-  const double end = over ? p.z() - prism.z1 : prism.z0 - p.z();
-  const Vector3d up(0, 0, over ? 1 : -1), across(beside.x(), beside.y(), 0);
-  if (side <= 0 || end <= 0) return side > end ? Nearness{side, across} : Nearness{end, up};
-  const double distance = length(side, end);
-  return {distance, (side * across + end * up) / distance};
 }
 
 }  // namespace
@@ -104,7 +62,7 @@ void slab_capsule(const SlabShape& slab, const Isometry3d& X_WS, double radius_m
   }
   detail::Candidates points;
   const auto touch = [&](double t) {
-    const Nearness near = at(t);
+    const detail::Nearness near = at(t);
     points.add(middle + t * half - radius_m * near.out, near.out, radius_m - near.distance);
   };
   touch(0.5 * (low + high));

@@ -19,11 +19,12 @@ enum class SurfacePair : std::uint8_t {
   kTrayGround,
   kTrayTray,
   kGearBelt,
-  kPadGear,   ///< finger pad on a gear: softer, own friction
+  kPadGear,   ///< finger pad on a gear or part: softer, own friction
   kRobotAny,  ///< any other surface of a robot against a free body or against fixed things
+  kPart,      ///< part or fixture: by the materials of both
 };
 /// For checks of states (world/archive).
-[[nodiscard]] constexpr SurfacePair last_of(SurfacePair) { return SurfacePair::kRobotAny; }
+[[nodiscard]] constexpr SurfacePair last_of(SurfacePair) { return SurfacePair::kPart; }
 
 /// One contact point. The normal points from b into a (a is pushed along +n).
 struct Contact {

@@ -72,4 +72,19 @@ GearShape::GearShape(const scene::GearType& gear) : r_peg(gear.peg_radius_m) {
   }
 }
 
+GearShape frustum_shape(double z_low, double r_low, double z_high, double r_high) {
+  GearShape shape;
+  shape.z_low = z_low;
+  shape.z_high = z_high;
+  Piece& piece = add_piece(shape, z_low, r_low, z_high, r_high);
+  piece.low_exposed = piece.high_exposed = true;
+  piece.z_out_low = z_low;
+  piece.z_out_high = z_high;
+  add_ring(shape, z_low, r_low);
+  add_ring(shape, z_high, r_high);
+  // A pad's groove is as deep as for a peg of the wider end.
+  shape.r_peg = shape.r_max;
+  return shape;
+}
+
 }  // namespace aprsim::physics::detail

@@ -57,4 +57,7 @@ struct GearShape {
   [[nodiscard]] Eigen::Vector3d middle() const { return {0, 0, 0.5 * (z_low + z_high)}; }
 };
 
+/// A single frustum: a radius at each of two heights, both above 0.
+[[nodiscard]] GearShape frustum_shape(double z_low, double r_low, double z_high, double r_high);
+
 }  // namespace aprsim::physics::detail

@@ -150,4 +150,21 @@ double distance_to_box(const Vector3d& size, const Eigen::Isometry3d& X_WS, cons
   return box_span(size, X_WS.inverse() * ray.p_W, X_WS.linear().transpose() * ray.d_W).first();
 }
 
+double distance_to_piece(const ConvexPiece& piece, const Eigen::Isometry3d& X_WP, const Ray& ray) {
+  constexpr int kMost = 64;
+  constexpr double kSame = 1e-10;  // [m]
+  const Eigen::Isometry3d X_PW = X_WP.inverse(Eigen::Isometry);
+  const Vector3d p = X_PW * ray.p_W, d = X_PW.linear() * ray.d_W;
+  // Newton's method for the root of a convex function: from outside no step goes beyond it.
+  double t = 0;
+  for (int i = 0; i < kMost; ++i) {
+    const detail::Nearness near = piece.nearness(p + t * d);
+    if (near.distance <= kSame) return t;
+    const double rate = near.out.dot(d);
+    if (rate >= 0) return kNoHit;
+    t -= near.distance / rate;
+  }
+  return t;
+}
+
 }  // namespace aprsim::physics

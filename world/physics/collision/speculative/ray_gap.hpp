@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 
+#include "world/physics/collision/shapes/convex_piece.hpp"
 #include "world/scene/model/scene.hpp"
 
 /// Distances along a ray to the cell's shapes, from exact geometry; no ODE. No call allocates.
@@ -24,5 +25,9 @@ struct Ray {
                                       const Ray& ray);
 [[nodiscard]] double distance_to_box(const Eigen::Vector3d& size, const Eigen::Isometry3d& X_WS,
                                      const Ray& ray);
+
+/// `X_WP`: pose of the piece.
+[[nodiscard]] double distance_to_piece(const ConvexPiece& piece, const Eigen::Isometry3d& X_WP,
+                                       const Ray& ray);
 
 }  // namespace aprsim::physics
