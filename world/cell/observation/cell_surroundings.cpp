@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cstdint>
 #include <utility>
+#include <variant>
 
 #include "world/physics/bodies/static_shapes.hpp"
 #include "world/robot/kinematics/dynamics.hpp"
 #include "world/scene/model/part_shapes.hpp"
+#include "world/scene/model/pieces.hpp"
 
 namespace aprsim::world {
 namespace {
@@ -27,6 +29,18 @@ const char* const kPerson = "the person";
 robot::ConvexShape cylinder_around(const scene::Frustum& piece) {
   return robot::convex_shape(robot::CylinderShape{std::max(piece.radius_low, piece.radius_high),
                                                   piece.z_high - piece.z_low});
+}
+
+/// A shape around a convex piece: of one that is neither round nor a box, its own box.
+robot::ConvexShape shape_around(const api::Piece& piece) {
+  if (const auto* cone = std::get_if<api::ConePiece>(&piece.shape)) {
+    const double radius = std::max(cone->bottom_radius_m, cone->top_radius_m);
+    return robot::convex_shape(robot::CylinderShape{radius, cone->height_m});
+  }
+  if (const auto* capsule = std::get_if<api::CapsulePiece>(&piece.shape)) {
+    return robot::convex_shape(robot::CapsuleShape{capsule->radius_m, capsule->length_m});
+  }
+  return robot::convex_box(scene::own_bounds_of(piece).sizes());
 }
 
 /// The first and last of postures, and those between that are apart from the one before.
@@ -246,6 +260,13 @@ CellSurroundings::CellSurroundings(const scene::Scene& scene,
                                                    0, 0, 0.5 * (each.z_low + each.z_high)))});
     }
   }
+  for (const auto& part : scene.parts) {
+    auto& pieces = body_pieces_.emplace_back();
+    for (const api::Piece& piece : scene.part_types.at(part.type).pieces) {
+      const Eigen::Vector3d centre = scene::own_bounds_of(piece).center();
+      pieces.push_back({shape_around(piece), piece.X_BP.isometry() * Eigen::Translation3d(centre)});
+    }
+  }
   for (const physics::StaticShape& each : physics::make_fixed_shapes(scene).shapes) {
     Eigen::Vector3d size = each.size;
     size.head<2>() = size.head<2>().cwiseMin(kWidestFixed_m);
@@ -307,7 +328,7 @@ std::vector<std::size_t> CellSurroundings::carried_bodies(int robot) const {
   if (!gripper.holding || gripper.held_body < 0) return {};
   const auto held = static_cast<std::size_t>(gripper.held_body);
   std::vector<std::size_t> carried{held};
-  if (bodies_[held].is_gear()) return carried;
+  if (!bodies_[held].is_tray()) return carried;
   for (std::size_t body = 0; body < bodies_.size(); ++body) {
     if (bodies_[body].is_gear() && scene::stands_on(X_WP(body), X_WP(held), bodies_[held])) {
       carried.push_back(body);

@@ -14,10 +14,10 @@
 
 namespace aprsim::world {
 
-/// The surroundings of each robot of a cell, for the planning of its moves: fixed boxes, belt and
-/// floor, gears and trays, tools that no robot has, persons, and the other robots with what they
-/// carry, where they are and along the way that is left of their motions. Shapes enclose what they
-/// stand for: a tray's slab has no pockets. Thread: sim.
+/// The surroundings of each robot of a cell, for the planning of its moves: fixtures, belt and
+/// floor, gears, trays and parts, tools that no robot has, persons, and the other robots with what
+/// they carry, where they are and along the way that is left of their motions. Shapes enclose what
+/// they stand for: a tray's slab has no pockets. Thread: sim.
 class CellSurroundings final : public robot::SurroundingsSource {
  public:
   /// The arguments must outlive it.

@@ -252,6 +252,19 @@ TEST_F(PlannedMoves, RandomMovesOfBothRobotsTouchNothing) {
   EXPECT_GE(refused[0] + refused[1], 5);
 }
 
+/// The surroundings have parts and fixtures of convex pieces, too.
+TEST_F(PlannedMoves, AreMadeBesidePartsOfPieces) {
+  scene::Scene scene = *load_scene("taskboard");
+  for (scene::Robot& each : scene.robots) each.planning = PlanningMode::kAvoid;
+  const std::string part = scene.parts.front().name;
+  start(std::move(scene));
+  const Eigen::Vector3d above = cell_->X_WB(part).translation() + Eigen::Vector3d(0, 0, 0.2);
+  act(to(above));
+  EXPECT_LT(off(above), 1e-3);
+  EXPECT_NE(error_of(to(cell_->X_WB(part).translation() - Eigen::Vector3d(0, 0, 0.06), true)), "");
+  EXPECT_FALSE(touched());
+}
+
 /// Between pegs and pockets everything is nearer than the clearance.
 TEST_F(PlannedMoves, PartsCanBeTakenAndPlaced) {
   start(scene_with(PlanningMode::kAvoid, false));
