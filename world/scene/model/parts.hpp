@@ -33,7 +33,7 @@ struct Pocket {
 
 struct Slot {
   std::string name;
-  std::string gear_type;  ///< of the gear or part that it takes
+  std::string gear_type;                         ///< of the gear or part that it takes
   Eigen::Vector2d xy = Eigen::Vector2d::Zero();  ///< in the tray frame [m]
   Pocket pocket;
 };
