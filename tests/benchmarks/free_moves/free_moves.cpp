@@ -1,6 +1,6 @@
 // Free moves that go round what stands in their way: both robots of the default cell move between
-// random postures at once. What is solved, how long the search takes, how long the paths are beside
-// the best of long searches, and what the physics notices.
+// random postures at once. It counts solved moves, times the search, compares the paths with the
+// best of long searches, and counts contacts in the physics.
 
 #include <algorithm>
 #include <chrono>
@@ -31,7 +31,7 @@ constexpr double kGoodLength = 1.3;
 constexpr int kCompared = 10;  ///< every so many blocked pairs are searched at length as well
 constexpr int kLongestMove = 60'000;  // steps
 
-/// What became of the moves of one robot.
+/// Results of the moves of one robot.
 struct Tally {
   int pairs = 0, blocked = 0;  ///< blocked: not free in a straight line of joint space
   int reached = 0, refused = 0;

@@ -7,7 +7,7 @@ namespace {
 
 using Table = MaterialTable;
 
-/// Of a pair that the scene does not list: a part is as a gear, a fixture as a fixed box.
+/// The value of a pair that the scene does not list: a part is as a gear, a fixture as a fixed box.
 double usual_value(const scene::SurfacePairs& property, int a, int b) {
   const auto has = [&](int usual) { return a == usual || b == usual; };
   if (has(Table::kRobot)) return property.robot;

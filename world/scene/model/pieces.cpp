@@ -66,7 +66,7 @@ PieceMoments tetrahedron(const Vector3d& a, const Vector3d& b, const Vector3d& c
   return m;
 }
 
-/// Of a piece in its own frame.
+/// Moments of a piece in its own frame.
 struct MomentsOf {
   PieceMoments operator()(const api::BoxPiece& box) const {
     PieceMoments m;

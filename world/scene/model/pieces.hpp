@@ -19,8 +19,8 @@ namespace aprsim::scene {
 /// The box along the axes of the piece's own frame.
 [[nodiscard]] Eigen::AlignedBox3d own_bounds_of(const api::Piece& piece);
 
-/// Volume, centre and inertia of the union for a density of 1 kg/m^3. What pieces overlap by counts
-/// in each of them.
+/// Volume, centre and inertia of the union for a density of 1 kg/m^3. A volume that pieces share
+/// counts in each of them.
 struct UnitMass {
   double volume_m3 = 0;
   Eigen::Vector3d com = Eigen::Vector3d::Zero();      ///< in the part's frame
