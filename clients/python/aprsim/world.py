@@ -182,7 +182,7 @@ class World(Cell):
         )
         return ctypes.string_at(data, size.value) if size.value else b""
 
-    def connect(self, robot: int) -> None:
+    def connect_robot(self, robot: int) -> None:
         """Begin a new CRCL connection to the robot with this index."""
         self._check(self._library.aprsim_robot_connect(self._handle(), robot))
 
@@ -306,7 +306,7 @@ class _RobotCalls:
         self._world, self._robot, self._index = weakref.proxy(world), robot, index
         self._statuses = b""
         self._closed = False
-        world.connect(index)
+        world.connect_robot(index)
 
     def send(self, document: bytes) -> None:
         if self._closed:
