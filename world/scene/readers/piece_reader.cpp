@@ -17,6 +17,7 @@ namespace aprsim::scene {
 namespace {
 
 constexpr double kPieceOverlap = 1e-4;  // [m] that pieces of one part may overlap by
+constexpr yaml::Range kDensity{.min = 0, .max = 1e5, .open_min = true};  // [kg/m^3]
 constexpr std::array<std::string_view, 7> kShapes = {"box",     "cylinder", "cone", "sphere",
                                                      "capsule", "prism",    "hull"};
 
@@ -160,8 +161,7 @@ void read_mass(const yaml::Map& keys, PartType& type) {
   const UnitMass unit = unit_mass_of(type.pieces);
   const yaml::Node density = keys["density_kg_m3"], mass = keys["mass_kg"];
   if (density && mass) mass.error("mass_kg beside density_kg_m3", "one of the two");
-  type.mass_kg =
-      density ? density.number(yaml::kPositive) * unit.volume_m3 : mass.number(yaml::kPositive);
+  type.mass_kg = density ? density.number(kDensity) * unit.volume_m3 : mass.number(yaml::kPositive);
   type.com = unit.com;
   type.inertia = type.mass_kg / unit.volume_m3 * unit.inertia;
   const yaml::Node com = keys["com_m"], inertia = keys["inertia_kg_m2"];

@@ -31,7 +31,7 @@ class PartKeys : public SceneFiles {
 
 TEST_F(PartKeys, EveryKindOfPieceIsReadWithItsMass) {
   const double pi = std::numbers::pi;
-  struct Case {
+  struct MassCase {
     const char* shape;
     double volume_m3;
     Vector3d unit_inertia;  // of 1 kg/m^3, about the centre
@@ -40,7 +40,7 @@ TEST_F(PartKeys, EveryKindOfPieceIsReadWithItsMass) {
   const double ball = 4 * pi / 3 * r * r * r, rod = pi * r * r * h;
   const double across_ball = ball * (0.4 * r * r + h * h / 4 + 3 * r * h / 8);
   const double across_rod = rod * (r * r / 4 + h * h / 12);
-  const Case cases[] = {
+  const MassCase cases[] = {
       {"box: {size_m: [0.02, 0.03, 0.05]}", a * b * c,
        a * b * c / 12 * Vector3d(b * b + c * c, a * a + c * c, a * a + b * b)},
       {"cylinder: {radius_m: 0.01, height_m: 0.04}",
@@ -61,7 +61,7 @@ TEST_F(PartKeys, EveryKindOfPieceIsReadWithItsMass) {
        "0.025], "
        "[-0.01, 0.015, 0.025], [0, 0, 0]]}",
        a * b * c, a * b * c / 12 * Vector3d(b * b + c * c, a * a + c * c, a * a + b * b)}};
-  for (const Case& tested : cases) {
+  for (const MassCase& tested : cases) {
     // Turned and moved: the inertia turns with it.
     const auto scene =
         load_type("    density_kg_m3: 2000\n    pieces:\n      - " + std::string(tested.shape) +

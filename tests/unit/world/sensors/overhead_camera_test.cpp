@@ -62,6 +62,25 @@ class OverheadCameraTest : public testing::Test {
   std::vector<Occluder> occluders;
 };
 
+// A part is reported by its frame, without the mistakes that trays and gears have.
+TEST_F(OverheadCameraTest, ReportsPartsByTheirFrames) {
+  scene::FreeBody part;
+  part.type = "pump";
+  part.kind = api::BodyKind::kPart;
+  part.pieces = {{api::BoxPiece{{0.1, 0.05, 0.04}}, {}}};
+  part.slab = Eigen::AlignedBox3d(Eigen::Vector3d(-0.05, -0.025, -0.02),
+                                  Eigen::Vector3d(0.05, 0.025, 0.02));
+  vision.gear_yaw_rad = 1;
+  vision.part_tray_flip_rate = vision.kit_tray_flip_rate = 1;
+  vision.tray_yaw_offset_rad = 0.5;
+  add(part, standing(0.4, 0.1, 0.3));
+  const auto seen = look();
+  ASSERT_EQ(seen.size(), 1U);
+  EXPECT_NEAR(seen[0].x_m, 0.4, 1e-12);
+  EXPECT_NEAR(seen[0].rotation_rad, 0.3, 1e-12);
+  EXPECT_EQ(seen[0].score, 1);
+}
+
 TEST_F(OverheadCameraTest, GivesPosesInTheVisionFrame) {
   X_WR = Eigen::Translation3d(1, 2, 0.9) * Eigen::AngleAxisd(kPi / 2, Eigen::Vector3d::UnitZ());
   vision.X_RV.p = {0.1, 0, 0};

@@ -74,6 +74,19 @@ TEST(PhotoEyes, AGearBreaksItWithDiscAndPeg) {
   EXPECT_TRUE(eyes.breaks(0, gear_on_belt(), lying));
 }
 
+TEST(PhotoEyes, APartBreaksItWithAnyOfItsPieces) {
+  const PhotoEyes eyes(belt());
+  scene::FreeBody part;
+  part.kind = api::BodyKind::kPart;
+  Pose high;
+  high.p = {0.03, 0, 0.02};
+  part.pieces = {{api::BoxPiece{{0.02, 0.02, 0.04}}, {}}, {api::CapsulePiece{0.01, 0}, high}};
+  EXPECT_TRUE(eyes.breaks(0, part, on_belt(0.491, 0, 0.02)));
+  EXPECT_FALSE(eyes.breaks(0, part, on_belt(0.489, 0, 0.02))) << "under the ball";
+  EXPECT_TRUE(eyes.breaks(1, part, on_belt(-0.537, 0, 0.01))) << "the ball";
+  EXPECT_FALSE(eyes.breaks(1, part, on_belt(-0.541, 0, 0.01)));
+}
+
 TEST(PhotoEyes, CountsEachTimeTheBeamIsBrokenAnew) {
   PhotoEyes eyes(belt());
   const auto look = [&](double x) {

@@ -48,10 +48,13 @@ Vector3d radial_at(const PocketProfile& pocket, const Vector3d& p) {
   return {(p.x() - pocket.x) / r, (p.y() - pocket.y) / r, 0};
 }
 
-/// Whether a point under the top face is in the void of a pocket, or its wall is a nearer exit than
-/// `depth`.
+/// Whether a point under the top face is in the void of a pocket, or its wall or floor is a nearer
+/// exit than `depth`.
 bool belongs_to_pocket(const PocketProfile& pocket, const Vector3d& p, double depth) {
-  if (p.z() <= -pocket.depth) return false;
+  const double below_floor = -pocket.depth - p.z();
+  if (below_floor >= 0) {
+    return below_floor < depth && radius_in(pocket, p) < pocket.r_floor + below_floor;
+  }
   return pocket.behind_side(radius_in(pocket, p), std::min(p.z(), 0.0)) < depth;
 }
 
