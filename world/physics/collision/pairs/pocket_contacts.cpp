@@ -53,7 +53,7 @@ Vector3d radial_at(const PocketProfile& pocket, const Vector3d& p) {
 bool belongs_to_pocket(const PocketProfile& pocket, const Vector3d& p, double depth) {
   const double below_floor = -pocket.depth - p.z();
   if (below_floor >= 0) {
-    return below_floor < depth && radius_in(pocket, p) < pocket.r_floor + below_floor;
+    return length(below_floor, std::max(0.0, radius_in(pocket, p) - pocket.r_floor)) < depth;
   }
   return pocket.behind_side(radius_in(pocket, p), std::min(p.z(), 0.0)) < depth;
 }

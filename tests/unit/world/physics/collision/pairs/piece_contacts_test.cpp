@@ -140,7 +140,7 @@ TEST(PieceContacts, RandomDepthIsTheLeastTranslation) {
     for (const Contact& contact : found) {
       EXPECT_LT(contact.depth_m, overlap_along(a, X_WA, b, X_WB, contact.n_W) + 1e-9) << kinds;
     }
-    EXPECT_GT(deepest.depth_m, 0.3 * (least - late) - 1e-7) << kinds;
+    EXPECT_GT(deepest.depth_m, 0.3 * (least - late) - 1e-6) << kinds;
     ++compared;
   }
   EXPECT_GT(compared, 500);
@@ -353,6 +353,14 @@ TEST(PieceContacts, RandomCubesInARoundPocket) {
   }
 }
 
+/// Distance of a point outside the material from a tray with a pocket of vertical walls.
+double distance_outside(const Vector3d& p, double radius_m, double depth_m) {
+  const double r = p.head<2>().norm();
+  if (r >= radius_m) return p.z();
+  if (p.z() > 0) return std::min(std::hypot(radius_m - r, p.z()), p.z() + depth_m);
+  return std::min(radius_m - r, p.z() + depth_m);
+}
+
 TEST(PieceContacts, RandomBallsInARoundPocket) {
   std::mt19937_64 random(8);
   const scene::TrayType tray = one_pocket(0.02, 0.012);
@@ -363,8 +371,8 @@ TEST(PieceContacts, RandomBallsInARoundPocket) {
     X.translation() =
         Vector3d(test::uniform(random, -0.03, 0.03), test::uniform(random, -0.03, 0.03),
                  test::uniform(random, -0.008, 0.03));
-    const double distance = test::tray_distance(tray, X.translation());
-    if (distance < 1e-3) continue;  // its centre in the material
+    const double distance = distance_outside(X.translation(), 0.02, 0.012);
+    if (distance < 1e-3) continue;  // its centre in the material, or near it
     std::vector<Contact> found;
     shape_on_tray(ball.shape(), X, tray, Isometry3d::Identity(), {1, 0, SurfacePair::kPart}, found);
     EXPECT_NEAR(test::deepest(found), std::max(0.0, r - distance), 1e-8)
