@@ -393,7 +393,9 @@ TEST(PieceContacts, RandomRaysEndOnTheSurface) {
     const auto distance = [&](double way) {
       return piece.nearness(X_WP.inverse() * (from + way * d)).distance;
     };
-    if (t == kNoHit) {
+    if (distance(0) <= 0) {
+      EXPECT_EQ(t, 0) << i;
+    } else if (t == kNoHit) {
       for (double way = 0; way < 0.2; way += 1e-3) EXPECT_GT(distance(way), -1e-9) << i;
     } else {
       EXPECT_NEAR(distance(t), 0, 1e-9) << i;
