@@ -184,7 +184,7 @@ TEST_F(Control, ConveyorLeavesWhatIsAbsent) {
 TEST_F(Control, TheWayOfPlanningIsSet) {
   start();
   v1::SetPlanningRequest request;
-  request.set_robot(cell_->latest()->cell->robots[1].name);
+  request.set_robot(cell_->latest()->cell->robots.at(0).name);
   request.set_mode(v1::PLANNING_MODE_AVOID);
   v1::SetPlanningResponse response;
   {
@@ -192,7 +192,7 @@ TEST_F(Control, TheWayOfPlanningIsSet) {
     ASSERT_TRUE(control_->SetPlanning(&context, request, &response).ok());
   }
   const auto command = std::get<api::RobotCommand>(cell_->commands().at(0).body);
-  EXPECT_EQ(command.robot, 1);
+  EXPECT_EQ(command.robot, 0);
   EXPECT_EQ(std::get<api::SetPlanning>(command.action).mode, api::PlanningMode::kAvoid);
   {
     grpc::ClientContext context;

@@ -60,6 +60,11 @@ TEST(FieldWalk, WritesEveryFieldOfASnapshot) {
 
 TEST(FieldWalk, WritesEveryFieldOfACell) {
   auto cell = test::filled<api::CellDescription>();
+  // Fixtures and pieces have no lists of fields.
+  const Pose pose{{1, 2, 3}, {0.5, 0.5, 0.5, 0.5}};
+  for (auto& fixture : cell.fixtures) {
+    fixture = {"fixture", pose, {{api::BoxPiece{{1, 2, 3}}, pose}}};
+  }
   // Each camera has a carrier: its pose is in that flange.
   const Names no_pose_in_world(cell.cameras.size(), "aprsim.v1.CameraDescription.camera_in_world");
   for (const auto kind : {api::BodyKind::kGear, api::BodyKind::kKitTray}) {
