@@ -307,7 +307,7 @@ test('the way of planning is chosen, and a checked motion has a path that is dra
     )
   );
   await atRest(1);
-  await planning.selectOption({label: 'direct'});
+  await planning.selectOption({label: 'direct moves'});
   await until('the choice', () =>
     page.evaluate(
       () => document.querySelector('main.stage').view.state.snapshot.robots[1].planning === 1

@@ -33,7 +33,7 @@ const kCommands: Record<number, string> = {
 };
 
 const kPlanning: [PlanningMode, string][] = [
-  [PlanningMode.DIRECT, 'direct'],
+  [PlanningMode.DIRECT, 'direct moves'],
   [PlanningMode.CHECK, 'refuse collisions'],
   [PlanningMode.AVOID, 'go round obstacles']
 ];
@@ -52,7 +52,7 @@ export class RobotPanel {
   }[] = [];
   private readonly planning = h(
     'select',
-    {title: 'How moves regard what stands around the robot'},
+    {title: 'How moves regard what stands around the robot', 'aria-label': 'Moves'},
     ...kPlanning.map(([mode, label]) => h('option', {value: String(mode)}, label))
   );
   private readonly pose: HTMLInputElement[] = [];
@@ -124,8 +124,7 @@ export class RobotPanel {
       {class: 'card robot-status', 'aria-label': `State of ${this.robot.name}`},
       this.description,
       this.facts.element,
-      h('label', {class: 'planning'}, 'moves', this.access.guard(this.planning)),
-      h('div', {class: 'actions'}, init, look)
+      h('div', {class: 'actions'}, init, look, this.access.guard(this.planning))
     );
   }
 
