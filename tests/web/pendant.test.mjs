@@ -299,13 +299,21 @@ test('the way of planning is chosen, and a checked motion has a path that is dra
     async () => (await other.getByTestId('planning-motoman').inputValue()) === '3'
   );
   await other.close();
-  await page.getByTestId('jog motoman joint 1 plus').click();
+  // Jogs are not checked; moves of a controller are.
+  const client = await CrclClient.open(daemon.ports['crcl.motoman']);
+  await client.run('InitCanonType');
+  client.send(
+    'ActuateJointsType',
+    '<ActuateJoint><JointNumber>7</JointNumber><JointPosition>20</JointPosition><JointDetails xsi:type="JointSpeedAccelType"><JointSpeed>5</JointSpeed></JointDetails></ActuateJoint>'
+  );
   await until('a path', () =>
     page.evaluate(
       () =>
         document.querySelector('main.stage').view.state.snapshot.robots[1].plannedPathM.length > 1
     )
   );
+  await client.run('StopMotionType', '<StopCondition>Normal</StopCondition>');
+  client.close();
   await atRest(1);
   await planning.selectOption({label: 'direct moves'});
   await until('the choice', () =>
