@@ -198,8 +198,9 @@ TEST_F(ReplayOfWires, SaysWhenARobotDoesOtherwise) {
   std::string bytes = std::string(journal::kMagic) + encoder.take();
   std::uint64_t at = 0;
   while (reader->next(record)) {
-    // Every move, so that a sampled state differs whenever the samples are.
-    if (record.command().robot().has_move_joints()) {
+    // Every move of the Fanuc, so that a sampled state differs whenever the samples are.
+    const auto& command = record.command().robot();
+    if (command.has_move_joints() && command.robot() == 0) {
       if (at == 0) at = record.command().time().step();
       auto& joint =
           *record.mutable_command()->mutable_robot()->mutable_move_joints()->mutable_targets(0);

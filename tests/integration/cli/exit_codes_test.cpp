@@ -146,6 +146,7 @@ std::vector<Row> every_command() {
           {"merge", {place("batch"), "--out", place("merged")}, true},
           {"report diff", {place("batch"), place("merged")}, true},
           {"demo", {"--robot", "fanuc"}},
+          {"camera fit", {"--help"}, true},
           {"completion", {"bash"}, true},
           {"manual", {}, true}};
 }

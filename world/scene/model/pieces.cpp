@@ -177,7 +177,10 @@ struct HullFaces {
     if (above > tolerance) n = -n;
     for (std::size_t f = 0; f < normals.size(); ++f) {
       const Vector3d& on = points[static_cast<std::size_t>(faces[f].front())];
-      if (std::abs(n.dot(points[i] - on)) <= tolerance && normals[f].dot(n) > 1 - 1e-6) return;
+      const auto lies_on = [&](std::size_t p) {
+        return std::abs(normals[f].dot(points[p] - on)) <= tolerance;
+      };
+      if (lies_on(i) && lies_on(j) && lies_on(k) && normals[f].dot(n) > 0) return;
     }
     add_face(n, i);
   }

@@ -264,7 +264,7 @@ void mouth_on_capsule(const PocketProfile& pocket, double r, double z, const Cap
 void ball_in_pocket(const PocketProfile& pocket, const Vector3d& c, double radius_m,
                     Candidates& out) {
   const double r = radius_in(pocket, c);
-  if (c.z() > 0 || c.z() < -pocket.depth || r > pocket.r_mouth) return;
+  if (c.z() < -pocket.depth || r > pocket.r_mouth) return;
   const double above_floor = c.z() + pocket.depth;
   if (r < pocket.r_floor) {
     out.add(c - radius_m * Vector3d::UnitZ(), Vector3d::UnitZ(), radius_m - above_floor);

@@ -155,14 +155,17 @@ double distance_to_piece(const ConvexPiece& piece, const Eigen::Isometry3d& X_WP
   constexpr double kSame = 1e-10;  // [m]
   const Eigen::Isometry3d X_PW = X_WP.inverse(Eigen::Isometry);
   const Vector3d p = X_PW * ray.p_W, d = X_PW.linear() * ray.d_W;
-  // Newton's method for the root of a convex function: from outside no step goes beyond it.
-  double t = 0;
+  // Newton's method for the root of a convex function: from outside no step goes beyond it, but for
+  // rounding where the ray grazes; then halves of the bracket.
+  double t = 0, outside = 0, inside = kNoHit;
   for (int i = 0; i < kMost; ++i) {
     const detail::Nearness near = piece.nearness(p + t * d);
-    if (near.distance <= kSame) return t;
+    if (std::abs(near.distance) <= kSame || (near.distance < 0 && t == 0)) return t;
     const double rate = near.out.dot(d);
-    if (rate >= 0) return kNoHit;
+    (near.distance > 0 ? outside : inside) = t;
+    if (inside == kNoHit && rate >= 0) return kNoHit;
     t -= near.distance / rate;
+    if (inside != kNoHit && !(t > outside && t < inside)) t = 0.5 * (outside + inside);
   }
   return t;
 }
