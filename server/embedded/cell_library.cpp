@@ -1,5 +1,6 @@
 #include "server/embedded/cell_library.h"
 
+#include <algorithm>
 #include <array>
 #include <deque>
 #include <exception>
@@ -7,6 +8,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <spdlog/sinks/stdout_sinks.h>
@@ -65,21 +67,17 @@ class Arrays {
   }
 
  private:
-  std::array<std::vector<double>, APRSIM_ARRAY_COUNT> all_;
+  using All = std::array<std::vector<double>, APRSIM_ARRAY_COUNT>;
+  All all_, next_;
+  std::vector<std::vector<double>> retired_;  ///< of other sizes: callers may still read them
 };
 
-/// Appends numbers to an array that keeps its place while its size stays.
+/// Puts numbers one after another.
 class Row {
  public:
-  explicit Row(std::vector<double>& out) : out_(out) {}
-  Row(const Row&) = delete;
-  Row& operator=(const Row&) = delete;
-  ~Row() { out_.resize(place_); }
+  explicit Row(std::vector<double>& out) : out_(out) { out_.clear(); }
 
-  void put(double number) {
-    if (place_ == out_.size()) out_.push_back(number);
-    out_[place_++] = number;
-  }
+  void put(double number) { out_.push_back(number); }
   void put(const Eigen::Vector3d& v) {
     for (const double number : {v.x(), v.y(), v.z()}) put(number);
   }
@@ -90,18 +88,17 @@ class Row {
 
  private:
   std::vector<double>& out_;
-  std::size_t place_ = 0;
 };
 
 void Arrays::write(const api::Snapshot& now) {
-  Row poses(all_[APRSIM_BODY_POSE]), velocities(all_[APRSIM_BODY_VELOCITY]);
+  Row poses(next_[APRSIM_BODY_POSE]), velocities(next_[APRSIM_BODY_VELOCITY]);
   for (const api::BodySnapshot& body : now.bodies) {
     poses.put(body.X_WB);
     velocities.put(body.v_W);
     velocities.put(body.omega_W);
   }
-  Row joints(all_[APRSIM_JOINT]), tools(all_[APRSIM_TOOL_POSE]), loads(all_[APRSIM_TOOL_LOAD]),
-      grippers(all_[APRSIM_GRIPPER]);
+  Row joints(next_[APRSIM_JOINT]), tools(next_[APRSIM_TOOL_POSE]), loads(next_[APRSIM_TOOL_LOAD]),
+      grippers(next_[APRSIM_GRIPPER]);
   for (std::size_t i = 0; i < now.robots.size(); ++i) {
     const api::RobotSnapshot& robot = now.robots[i];
     for (std::size_t j = 0; j < now.cell->robots[i].joints.size(); ++j) {
@@ -116,6 +113,13 @@ void Arrays::write(const api::Snapshot& now) {
     for (const double force_n : robot.gripper.force_n) grippers.put(force_n);
     grippers.put(robot.gripper.holding ? 1 : 0);
     grippers.put(robot.gripper.held_body);
+  }
+  for (std::size_t i = 0; i < all_.size(); ++i) {
+    if (all_[i].size() == next_[i].size()) {
+      std::copy(next_[i].begin(), next_[i].end(), all_[i].begin());
+    } else {
+      retired_.push_back(std::exchange(all_[i], next_[i]));
+    }
   }
 }
 

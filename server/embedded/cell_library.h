@@ -55,7 +55,8 @@ enum aprsim_array {
 };
 
 /* An array of the cell's state: numbers, and how many. It stays at its place until the cell's
- * bodies change or it is closed; aprsim_cell_observe writes the present values into all arrays. */
+ * bodies change, and can be read until it is closed; aprsim_cell_observe writes the present values
+ * into all arrays. */
 const double* aprsim_cell_array(aprsim_cell* cell, int array, size_t* size);
 void aprsim_cell_observe(aprsim_cell* cell);
 

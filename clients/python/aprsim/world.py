@@ -106,27 +106,25 @@ class World(Cell):
     def __init__(self, scene: str = "aprs", seed: int | None = None) -> None:
         """`scene` is the name of a shipped scene or the path of a file; `seed` is by default the
         scene's. Raises AprsimError with the cause when the scene cannot be used."""
-        self._native: int | None = None
+        self._native: _Native | None = None
         self._library = _library()
         name = arguments.text("scene", scene).encode()
         number = None if seed is None else ctypes.c_uint64(arguments.whole("seed", seed, 0, _MOST))
-        self._native = self._library.aprsim_cell_open(name, number)
-        if not self._native:
+        native = self._library.aprsim_cell_open(name, number)
+        if not native:
             raise AprsimError(self._message())
+        self._native = _Native(self._library, native)
         Channel.__init__(self, Endpoints(), _Calls(self), "this process")
         self._begin()
         self._view_arrays()
 
-    def __del__(self) -> None:
-        self._free()
-
     def close(self) -> None:
-        """End the cell. Its arrays keep no values."""
+        """End the cell. Arrays that are kept elsewhere keep their values, and the cell's memory."""
         self._closed = True
         for robot in self._robots.values():
             robot.close()
         self._robots.clear()
-        self._free()
+        self._native = None
         for name, columns in _ARRAYS.items():
             setattr(self, name, np.empty((0, columns)))
 
@@ -189,7 +187,7 @@ class World(Cell):
     def _handle(self) -> int:
         if not self._native:
             raise self._closed_error()
-        return self._native
+        return self._native.handle
 
     def _check(self, code: int) -> None:
         if code:
@@ -204,13 +202,23 @@ class World(Cell):
         for number, (name, columns) in enumerate(_ARRAYS.items()):
             size = ctypes.c_size_t()
             data = self._library.aprsim_cell_array(self._handle(), number, ctypes.byref(size))
-            view = np.ctypeslib.as_array(data, (size.value,)) if size.value else np.empty(0)
+            view: Numbers = np.empty(0)
+            if size.value:
+                address = ctypes.addressof(data.contents)
+                memory: Any = (ctypes.c_double * size.value).from_address(address)
+                memory.native = self._native  # which lives as long as a view of it
+                view = np.frombuffer(memory)
             setattr(self, name, view.reshape(-1, columns))
 
-    def _free(self) -> None:
-        native, self._native = self._native, None
-        if native:
-            self._library.aprsim_cell_close(native)
+
+class _Native:
+    """The library's cell, for as long as somebody refers to it."""
+
+    def __init__(self, library: Any, handle: int) -> None:
+        self._library, self.handle = library, handle
+
+    def __del__(self) -> None:
+        self._library.aprsim_cell_close(self.handle)
 
 
 class _Failed(grpc.RpcError):  # type: ignore[misc]

@@ -110,6 +110,17 @@ class WorldTest(unittest.TestCase):
             with self.assertRaises(Unreachable):
                 call()
 
+    def test_arrays_outlive_the_cell_and_its_bodies(self):
+        before = self.world.body_poses
+        shape = before.shape
+        for number in range(5):
+            self.world.spawn("sku_part_small_gear", f"extra_{number}", _above_the_table())
+            self.world.advance(10)
+        self.world.close()
+        gc.collect()
+        self.assertEqual(before.shape, shape)
+        self.assertTrue(np.isfinite(before).all())
+
     def test_frees_its_memory(self):
         def once():
             with World("aprs") as world:
