@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "world/physics/collision/pairs/clipped_polygon.hpp"
+
 // Separating axes of convex polyhedra (Gregorius, "The Separating Axis Test between Convex
 // Polyhedra", GDC 2013): the normals of all faces, and across those pairs of edges whose arcs meet
 // on the Gauss map, since only these are faces of the Minkowski difference. Then, as in
@@ -119,26 +121,7 @@ bool least_edges(const Placed& a, const Placed& b, LeastAxis& best) {
   return true;
 }
 
-/// A convex polygon being clipped: each cut adds at most one corner.
-struct CutPolygon {
-  std::array<Vector3d, 2 * Polytope::kMaxCorners> v;
-  std::size_t n = 0;
-  void push(const Vector3d& p) {
-    if (n < v.size()) v[n++] = p;
-  }
-};
-
-/// The part of the polygon where m . p <= off.
-void cut(CutPolygon& polygon, const Vector3d& m, double off) {
-  CutPolygon out;
-  for (std::size_t k = 0; k < polygon.n; ++k) {
-    const Vector3d &p = polygon.v[k], &q = polygon.v[(k + 1) % polygon.n];
-    const double dp = m.dot(p) - off, dq = m.dot(q) - off;
-    if (dp <= 0) out.push(p);
-    if ((dp < 0 && dq > 0) || (dp > 0 && dq < 0)) out.push(p + (dp / (dp - dq)) * (q - p));
-  }
-  polygon = out;
-}
+using CutPolygon = detail::ClippedPolygon<2 * Polytope::kMaxCorners>;
 
 /// Corners of the incident face below the reference face.
 void clipped_face(const Placed& reference, const Placed& incident, const LeastAxis& axis,
@@ -158,7 +141,7 @@ void clipped_face(const Placed& reference, const Placed& incident, const LeastAx
     const Vector3d& p = reference.corner(reference.polytope.loop_corner(own, k));
     const Vector3d& q = reference.corner(reference.polytope.loop_corner(own, k + 1));
     const Vector3d beside = (q - p).cross(m).normalized();
-    cut(polygon, beside, beside.dot(p));
+    polygon.clip(beside, beside.dot(p));
   }
   const double off = reference.off(axis.face);
   for (std::size_t k = 0; k < polygon.n; ++k) {

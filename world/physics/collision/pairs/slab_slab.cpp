@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 
+#include "world/physics/collision/pairs/clipped_polygon.hpp"
 #include "world/physics/collision/pairs/narrow_phase.hpp"
 #include "world/physics/collision/reduction/contact_reduction.hpp"
 
@@ -173,26 +174,7 @@ bool edge_axes(const Hull& a, const Hull& b, Axis& edge) {
   return true;
 }
 
-/// A convex polygon being clipped: each cut adds at most one corner.
-struct Polygon {
-  std::array<Vector3d, 2 * kMaxSides> v;
-  std::size_t n = 0;
-  void push(const Vector3d& p) {
-    if (n < v.size()) v[n++] = p;
-  }
-};
-
-/// The part of the polygon where m . p <= off.
-void clip(Polygon& polygon, const Vector3d& m, double off) {
-  Polygon out;
-  for (std::size_t k = 0; k < polygon.n; ++k) {
-    const Vector3d &p = polygon.v[k], &q = polygon.v[(k + 1) % polygon.n];
-    const double dp = m.dot(p) - off, dq = m.dot(q) - off;
-    if (dp <= 0) out.push(p);
-    if ((dp < 0 && dq > 0) || (dp > 0 && dq < 0)) out.push(p + (dp / (dp - dq)) * (q - p));
-  }
-  polygon = out;
-}
+using Polygon = detail::ClippedPolygon<2 * kMaxSides>;
 
 Polygon polygon_of(const Hull& hull, int face) {
   Polygon polygon;
@@ -214,16 +196,16 @@ Polygon polygon_of(const Hull& hull, int face) {
 void clip_beside(Polygon& polygon, const Hull& hull, int face) {
   if (face == kTop || face == kBottom) {
     for (int k = kFirstSide; k < hull.faces(); ++k) {
-      clip(polygon, hull.normal(k), hull.normal(k).dot(hull.on_face(k)));
+      polygon.clip(hull.normal(k), hull.normal(k).dot(hull.on_face(k)));
     }
     return;
   }
   const auto side = static_cast<std::size_t>(face - kFirstSide);
   const Vector3d along = hull.along(side);
-  clip(polygon, along, along.dot(hull.low(side + 1)));
-  clip(polygon, -along, -along.dot(hull.low(side)));
+  polygon.clip(along, along.dot(hull.low(side + 1)));
+  polygon.clip(-along, -along.dot(hull.low(side)));
   for (const int end : {kTop, kBottom}) {
-    clip(polygon, hull.normal(end), hull.normal(end).dot(hull.on_face(end)));
+    polygon.clip(hull.normal(end), hull.normal(end).dot(hull.on_face(end)));
   }
 }
 
