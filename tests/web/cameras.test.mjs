@@ -36,7 +36,7 @@ const look = (picture) =>
 
 test('each camera is live while its panel is open, and asked for nothing else', async () => {
   const daemon = await Daemon.start();
-  const page = await openPage(browser, daemon, {frames: 'none'});
+  const page = await openPage(browser, daemon);
   let asked = 0;
   page.on('request', (request) => (asked += request.url().includes('/camera?') ? 1 : 0));
   assert.equal(asked, 0);
@@ -98,7 +98,7 @@ const marksOf = (page, name) =>
 
 test('marks show what the vision lines say, at its place', async () => {
   const daemon = await Daemon.start();
-  const page = await openPage(browser, daemon, {frames: 'none'});
+  const page = await openPage(browser, daemon);
   await page.getByRole('tab', {name: 'Cameras'}).click();
   for (const [name, robot] of [
     ['fanuc_table', 'fanuc'],
@@ -123,7 +123,7 @@ test('marks show what the vision lines say, at its place', async () => {
 
 test('another scene that is loaded brings its own cameras', async () => {
   const daemon = await Daemon.start();
-  const page = await openPage(browser, daemon, {frames: 'none'});
+  const page = await openPage(browser, daemon);
   await page.getByRole('tab', {name: 'Cameras'}).click();
   await page.getByTestId('camera-motoman_belt').waitFor();
   const client = join(bin, 'aprsim');
@@ -139,7 +139,7 @@ test('another scene that is loaded brings its own cameras', async () => {
 
 test('a scene without cameras says so', async () => {
   const daemon = await Daemon.start(['--scene', 'empty_belt']);
-  const page = await openPage(browser, daemon, {frames: 'none'});
+  const page = await openPage(browser, daemon);
   await page.getByRole('tab', {name: 'Cameras'}).click();
   await page.getByText('The scene has no cameras').waitFor();
   assert.deepEqual(page.complaints, []);

@@ -17,7 +17,7 @@ before(async () => {
   // From here on the test's own pace does not matter.
   execFileSync(join(bin, 'aprsim'), ['--ports-file', daemon.portsFile, 'pause']);
   browser = await openPlainBrowser();
-  page = await openPage(browser, daemon, {frames: 'none'});
+  page = await openPage(browser, daemon);
   opened_s = await shownTime();
   await page.getByRole('tab', {name: 'Charts'}).click();
 });

@@ -1,12 +1,12 @@
 // The site of docs/build, as the daemon serves it: no complaint of the browser, search, the page's links.
 import assert from 'node:assert/strict';
 import {after, afterEach, before, test} from 'node:test';
-import {Daemon, openBrowser, stopAll, until} from './harness.mjs';
+import {Daemon, openPlainBrowser, stopAll, until} from './harness.mjs';
 
 let browser, daemon;
 before(async () => {
   daemon = await Daemon.start();
-  browser = await openBrowser();
+  browser = await openPlainBrowser();
 });
 // A context keeps its connections, of which the daemon has a limited number.
 afterEach(async () => {

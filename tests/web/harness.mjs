@@ -31,6 +31,7 @@ export async function until(what, look, deadline_ms = kDeadline_ms) {
 }
 
 const running = new Set();
+const plainBrowsers = new WeakSet();
 
 /** Ends daemons that a failed test has left. */
 export async function stopAll() {
@@ -88,18 +89,21 @@ export function openBrowser() {
 }
 
 /** A browser without WebGL, which needs far less time than one that renders in software. */
-export function openPlainBrowser() {
-  return chromium.launch({
+export async function openPlainBrowser() {
+  const browser = await chromium.launch({
     executablePath: browserProgram,
     headless: true,
     args: ['--no-sandbox', '--disable-dev-shm-usage', '--disable-gpu', '--disable-3d-apis']
   });
+  plainBrowsers.add(browser);
+  return browser;
 }
 
-/** Opens the daemon's page and waits for its first picture (`frames`: 'none' without WebGL). Errors and
+/** Opens the daemon's page and waits for its first picture, if the browser can draw any. Errors and
  * warnings of the console are collected in `page.complaints`. */
 export async function openPage(browser, daemon, options = {}) {
-  const {query = '', frames = 'drawn', ...context} = options;
+  const {query = '', ...context} = options;
+  const frames = plainBrowsers.has(browser) ? 'none' : 'drawn';
   const page = await (
     await browser.newContext({
       viewport: {width: 1200, height: 800},

@@ -6,11 +6,11 @@ import {tmpdir} from 'node:os';
 import {join} from 'node:path';
 import {after, before, test} from 'node:test';
 import {promisify} from 'node:util';
-import {CrclClient, Daemon, openBrowser, openPage, stopAll, until} from './harness.mjs';
+import {CrclClient, Daemon, openPlainBrowser, openPage, stopAll, until} from './harness.mjs';
 
 let browser, folder;
 before(async () => {
-  browser = await openBrowser();
+  browser = await openPlainBrowser();
   folder = mkdtempSync(join(tmpdir(), 'aprsim-incident-'));
 });
 after(async () => {

@@ -2,13 +2,13 @@
 // cell put back to one.
 import assert from 'node:assert/strict';
 import {after, before, test} from 'node:test';
-import {CrclClient, Daemon, openBrowser, openPage, stopAll, until} from './harness.mjs';
+import {CrclClient, Daemon, openPlainBrowser, openPage, stopAll, until} from './harness.mjs';
 
 let daemon, browser, page, client;
 
 before(async () => {
   daemon = await Daemon.start(['--seed', '7']);
-  browser = await openBrowser();
+  browser = await openPlainBrowser();
   page = await openPage(browser, daemon);
   client = await CrclClient.open(daemon.ports['crcl.fanuc']);
 });

@@ -5,10 +5,10 @@ import {mkdtempSync, writeFileSync} from 'node:fs';
 import {tmpdir} from 'node:os';
 import {join} from 'node:path';
 import {after, before, test} from 'node:test';
-import {Daemon, bin, openBrowser, openPage, stopAll, until} from './harness.mjs';
+import {Daemon, bin, openPlainBrowser, openPage, stopAll, until} from './harness.mjs';
 
 let browser;
-before(async () => (browser = await openBrowser()));
+before(async () => (browser = await openPlainBrowser()));
 after(async () => {
   await browser?.close();
   await stopAll();

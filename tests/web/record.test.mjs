@@ -6,7 +6,7 @@ import {after, before, test} from 'node:test';
 import {
   CrclClient,
   Daemon,
-  openBrowser,
+  openPlainBrowser,
   openPage,
   stopAll,
   until,
@@ -17,7 +17,7 @@ let daemon, browser, page;
 
 before(async () => {
   daemon = await Daemon.start();
-  browser = await openBrowser();
+  browser = await openPlainBrowser();
   page = await openPage(browser, daemon);
 });
 after(async () => {

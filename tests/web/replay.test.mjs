@@ -10,7 +10,7 @@ import {
   bin,
   CrclClient,
   Daemon,
-  openBrowser,
+  openPlainBrowser,
   openPage,
   stopAll,
   until,
@@ -48,7 +48,7 @@ before(async () => {
   client.close();
   await recorded.stop();
   daemon = await Daemon.start(['--replay', journal, '--serve', '--speed', 'max']);
-  browser = await openBrowser();
+  browser = await openPlainBrowser();
   page = await openPage(browser, daemon);
 });
 after(async () => {

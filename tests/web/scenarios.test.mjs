@@ -1,13 +1,13 @@
 // Injected faults, the demo and scenarios on the page.
 import assert from 'node:assert/strict';
 import {after, before, test} from 'node:test';
-import {Daemon, openBrowser, openPage, stopAll, until} from './harness.mjs';
+import {Daemon, openPlainBrowser, openPage, stopAll, until} from './harness.mjs';
 
 let daemon, browser, page;
 
 before(async () => {
   daemon = await Daemon.start();
-  browser = await openBrowser();
+  browser = await openPlainBrowser();
   page = await openPage(browser, daemon);
   await page.getByRole('tab', {name: 'Scenarios'}).click();
 });

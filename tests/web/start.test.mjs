@@ -57,7 +57,7 @@ test('all tabs and the start are in view at any width, until something has run',
 
 test('in a paused cell the demo offers to resume', async () => {
   const daemon = await Daemon.start(['--speed', 'stepped']);
-  const page = await openPage(plain, daemon, {frames: 'none'});
+  const page = await openPage(plain, daemon);
   await until('the start', () => page.getByTestId('start-demo').isEnabled());
   await page.getByTestId('start-demo').click();
   const dialog = page.getByRole('dialog', {name: 'The cell is paused'});
@@ -84,7 +84,6 @@ test('in a paused cell the demo offers to resume', async () => {
 test('joints, tool and gripper of either robot fit 1440 x 900 without scrolling', async () => {
   const daemon = await Daemon.start();
   const page = await openPage(plain, daemon, {
-    frames: 'none',
     viewport: {width: 1440, height: 900}
   });
   for (const name of ['fanuc', 'motoman']) {
@@ -114,7 +113,7 @@ test('joints, tool and gripper of either robot fit 1440 x 900 without scrolling'
 
 test('without WebGL one line is where the view would be, and all else works', async () => {
   const daemon = await Daemon.start();
-  const page = await openPage(plain, daemon, {frames: 'none'});
+  const page = await openPage(plain, daemon);
   await until('the line', async () =>
     /does not offer WebGL/.test(await page.getByTestId('no-webgl').textContent())
   );
