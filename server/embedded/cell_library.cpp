@@ -138,8 +138,10 @@ struct aprsim_cell {
   std::deque<EmbeddedRobot> robots;
   Arrays arrays;
   std::string answer;
-  const std::function<void()> after_step = [this] {
-    for (EmbeddedRobot& robot : robots) robot.advance();
+  const aprsim::embedded::AfterStep after_step = [this] {
+    bool runs = false;
+    for (EmbeddedRobot& robot : robots) runs = robot.advance() || runs;
+    return runs;
   };
 
   [[nodiscard]] int submit(api::SimulationCommand command) {

@@ -19,7 +19,6 @@ namespace aprsim::embedded {
 namespace {
 
 using protocols::CommandBody;
-using AfterStep = std::function<void()>;
 
 constexpr int kInvalidArgument = protocols::status_code(ErrorCode::kInvalidArgument);
 constexpr int kUnimplemented = protocols::status_code(ErrorCode::kUnimplemented);

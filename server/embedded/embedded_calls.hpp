@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <string>
 #include <string_view>
 
@@ -18,6 +17,6 @@ struct CallStatus {
 /// of the daemon. `method`: such as "Control/Step". `answer`: the bytes of its message, where the
 /// code is 0. `after_step`: see EmbeddedCell::take_steps(). Thread: that of the cell.
 [[nodiscard]] CallStatus call(EmbeddedCell& cell, std::string_view method, std::string_view request,
-                              const std::function<void()>& after_step, std::string& answer);
+                              const AfterStep& after_step, std::string& answer);
 
 }  // namespace aprsim::embedded

@@ -42,13 +42,15 @@ bool EmbeddedCell::is_stepping() const {
   return control.is_stepping() && (control.is_paused() || control.has_run());
 }
 
-void EmbeddedCell::take_steps(const std::function<void()>& after_step) {
+void EmbeddedCell::take_steps(const AfterStep& after_step) {
+  bool acts = true;
   for (std::uint64_t count = 1; is_stepping(); ++count) {
     changed_ = true;
+    if (!acts && core_.take_still_steps()) break;
     if (!core_.step()) break;
     core_.complete_step();
     if (count % kStepsOfEvents == 0) core_.publish_events();
-    after_step();
+    acts = after_step();
   }
   core_.publish_events();
 }

@@ -11,6 +11,10 @@
 
 namespace aprsim::embedded {
 
+/// Acts on the cell between two steps, as programs of clients do. Returns whether it must be called
+/// after every step, because it may act again without a call of the cell.
+using AfterStep = std::function<bool()>;
+
 /// A cell that its caller steps: a Simulation without thread, clock and queue. It is always paused.
 /// A command takes effect when it is submitted. Equal commands at equal steps give the bits of the
 /// daemon. Thread: one at a time; several cells are independent.
@@ -22,8 +26,8 @@ class EmbeddedCell final : public api::CommandSink, public api::SnapshotSource {
   /// Applies the command. Errors: those of Simulation::submit(); later ones are in the snapshot.
   [[nodiscard]] Result<api::Ticket> submit(api::Command command) override;
   /// Takes the steps that commands have asked for: counted ones, or a run to its end. `after_step`
-  /// is called after each.
-  void take_steps(const std::function<void()>& after_step);
+  /// is called after each; the steps of a cell that stands still may be taken as one.
+  void take_steps(const AfterStep& after_step);
 
   /// Written when something has changed since the last call.
   [[nodiscard]] api::SnapshotPtr latest() const override;

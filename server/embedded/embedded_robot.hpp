@@ -29,9 +29,10 @@ class EmbeddedRobot {
   [[nodiscard]] std::string take_statuses();
   /// Begins a new connection in place of the present one.
   void reconnect();
-  /// Continues a program. To be called after each step.
-  void advance() {
+  /// Continues a program, and returns whether it runs. To be called after each step.
+  bool advance() {
     if (executor_.runs_program()) executor_.advance();
+    return executor_.runs_program();
   }
 
  private:

@@ -11,6 +11,7 @@
 #include "world/cell/describe_cell.hpp"
 #include "world/cell/fault_executor.hpp"
 #include "world/cell/machines/describe_robot.hpp"
+#include "world/cell/state_bytes.hpp"
 #include "world/physics/bodies/body_ids.hpp"
 #include "world/physics/bodies/physics_failure.hpp"
 
@@ -129,6 +130,7 @@ Result<void> World::apply_any(api::Ticket ticket, const api::Command& command) {
 }
 
 void World::apply(api::Ticket ticket, const api::RobotCommand& command) {
+  standstill_.end();
   SimulatedRobot& robot = robots_.at(static_cast<std::size_t>(command.robot));
   set_surroundings();
   robot.apply(ticket, command);
@@ -138,6 +140,7 @@ void World::apply(api::Ticket ticket, const api::RobotCommand& command) {
 }
 
 Result<void> World::apply(api::Ticket ticket, const api::TrajectoryCommand& command) {
+  standstill_.end();
   set_surroundings();
   auto done = robots_.at(static_cast<std::size_t>(command.robot)).apply(ticket, command);
   // A robot that is reset while the curtain is broken stops again at once.
@@ -146,12 +149,14 @@ Result<void> World::apply(api::Ticket ticket, const api::TrajectoryCommand& comm
 }
 
 void World::apply(api::Ticket, const api::ConveyorCommand& command) {
+  standstill_.end();
   if (!conveyor_) return;
   conveyor_->apply(command);
   if (detector_) detector_->detect_drive_trip(*conveyor_, now());
 }
 
 void World::apply(api::Ticket, const api::SetIntruder& command) {
+  standstill_.end();
   intruder_ = command.intruder;
   gather_intruders(lasting_effects().intruders);
   occluders_->gather(robots_, *physics_, intruders_);
@@ -159,6 +164,7 @@ void World::apply(api::Ticket, const api::SetIntruder& command) {
 }
 
 Result<void> World::apply(api::Ticket ticket, const api::FaultCommand& command) {
+  standstill_.end();
   if (const auto* inject = std::get_if<api::InjectFault>(&command)) {
     auto spec = spec_of(*inject, description_);
     if (!spec) return tl::unexpected(spec.error());
@@ -175,6 +181,36 @@ Result<void> World::apply(api::Ticket ticket, const api::FaultCommand& command) 
 // ---- one step
 
 void World::step() {
+  if (standstill_.holds()) return step_still(1);
+  const std::uint64_t next = steps_ + 1;
+  const bool sensors = reads_sensors_at(next);
+  const bool proves = !awaits_time() && !vision_->due(next) &&
+                      standstill_.wants_proof(sensors, [this] { return state_hash(); });
+  if (!proves) return advance();
+  WorldState expected = save();
+  expected.advance_clocks(settings_.step_s, step_size());
+  advance();
+  standstill_.prove(sensors, to_bytes(expected), to_bytes(save()));
+}
+
+/// Whether a time is bound to come at which something happens in a cell that stands still.
+bool World::awaits_time() const {
+  return !faults_.idle() || (conveyor_ && conveyor_->awaits_time()) ||
+         std::ranges::any_of(robots_, &SimulatedRobot::awaits_time) ||
+         (detector_ && !detector_->save().empty());
+}
+
+void World::step_still(std::uint64_t steps) {
+  const std::uint64_t first = steps_ + 1;
+  steps_ += steps;
+  for (auto& robot : robots_) robot.advance_clock(steps);
+  if (conveyor_) conveyor_->advance_clock(settings_.step_s, steps);
+  physics_->advance_clock(steps);
+  if (vision_->due(first, steps_)) occluders_->gather(robots_, *physics_, intruders_);
+  vision_->advance_still(first, steps_, settings_.bodies, occluders_->X_WP(), occluders_->all());
+}
+
+void World::advance() {
   // Injected faults begin and end between two steps.
   run_faults();
   set_surroundings();
@@ -260,8 +296,13 @@ void World::record_unintended_contacts() {
   }
 }
 
+/// Belt sensors and light curtain are read in the step that reaches the next cycle.
+bool World::reads_sensors_at(std::uint64_t step) const {
+  return step_size() * static_cast<SimTime::rep>(step) % kSensorPeriod < step_size();
+}
+
 void World::sense() {
-  const bool cycle = time() % kSensorPeriod < step_size();
+  const bool cycle = reads_sensors_at(steps_);
   // Cameras and light curtain share one list of occluders.
   if (vision_->due(steps_) || (light_curtain_ && cycle)) {
     occluders_->gather(robots_, *physics_, intruders_);
@@ -308,6 +349,7 @@ std::unique_ptr<World> World::in_scene(scene::Scene scene) const {
 }
 
 void World::adopt(const World& old, std::span<const int> old_of) {
+  standstill_.end();
   std::vector<int> new_of(old.settings_.bodies.size(), -1);
   for (std::size_t i = 0; i < old_of.size(); ++i) {
     if (old_of[i] >= 0) new_of[static_cast<std::size_t>(old_of[i])] = static_cast<int>(i);
@@ -329,11 +371,15 @@ void World::adopt(const World& old, std::span<const int> old_of) {
 }
 
 void World::put_body(int body, const Pose& X_WB) {
+  standstill_.end();
   const std::array<physics::PhysicsWorld::Placement, 1> place{{{body, X_WB.isometry()}}};
   physics_->place(place);
 }
 
-void World::remove_body(int body) { physics_->remove(body); }
+void World::remove_body(int body) {
+  standstill_.end();
+  physics_->remove(body);
+}
 
 // ---- events
 
@@ -405,6 +451,7 @@ void World::restore(const WorldState& state) {
     throw std::invalid_argument("the saved state has " + std::to_string(state.robots.size()) +
                                 " robots, this cell " + std::to_string(robots_.size()));
   }
+  standstill_.end();
   base_ = state.base;
   physics_->restore(state.physics);
   for (std::size_t i = 0; i < robots_.size(); ++i) robots_[i].restore(state.robots[i]);

@@ -17,6 +17,7 @@
 #include "world/cell/observation/event_detector.hpp"
 #include "world/cell/observation/sensor_occluders.hpp"
 #include "world/cell/observation/unintended_contacts.hpp"
+#include "world/cell/standstill.hpp"
 #include "world/cell/world_state.hpp"
 #include "world/faults/fault_effects.hpp"
 #include "world/faults/fault_schedule.hpp"
@@ -61,6 +62,11 @@ class World {
   /// Advances by one fixed step. Throws physics::PhysicsFailure when the physics fails; the state
   /// is then that of the last good step.
   void step();
+  /// Whether it stands still until something acts on it: steps then advance its clocks and cameras
+  /// alone, with the same bits.
+  [[nodiscard]] bool stands_still() const { return standstill_.holds(); }
+  /// Takes steps of a cell that stands still, all at once.
+  void step_still(std::uint64_t steps);
 
   // ---- changes of the scene: see SceneEditor
   /// Builds a world of a changed scene with the same robots, at step 0. Its description is the next
@@ -124,6 +130,9 @@ class World {
   void write_tools(std::vector<api::ToolSnapshot>& out) const;
 
   // ---- one step
+  void advance();
+  [[nodiscard]] bool awaits_time() const;
+  [[nodiscard]] bool reads_sensors_at(std::uint64_t step) const;
   void set_surroundings();
   void run_faults();
   void step_robot(std::size_t index);
@@ -169,6 +178,7 @@ class World {
   UnintendedContacts unintended_contacts_;
   std::optional<EventDetector> detector_;  ///< none unless events are watched
   std::vector<api::Intruder> intruders_;   ///< with those of faults, which come last
+  Standstill standstill_;
 };
 
 }  // namespace aprsim::world

@@ -56,6 +56,14 @@ struct WorldState {
     for (const auto& robot : robots) robot.controller.list(parts);
   }
 
+  /// Advances its clocks by one step of a cell that stands still.
+  void advance_clocks(double step_s, SimTime step_size) {
+    ++steps;
+    for (auto& robot : robots) robot.own.now += step_size;
+    if (conveyor) conveyor->advance_clock(step_s, 1);
+    physics.advance_clock(1);
+  }
+
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {

@@ -59,6 +59,8 @@ void PhysicsWorld::set_belt_speed(double speed_m_s) { impl_->step.set_belt_speed
 
 void PhysicsWorld::step() { impl_->step.run(); }
 
+void PhysicsWorld::advance_clock(std::uint64_t steps) { impl_->step.advance_clock(steps); }
+
 // ---- between two steps
 
 void PhysicsWorld::attach_tool(int robot, int tool, const Eigen::Isometry3d& X_WF) {

@@ -64,6 +64,8 @@ class PhysicsWorld {
 
   /// Throws PhysicsFailure.
   void step();
+  /// Counts steps that are not taken, of a cell that stands still.
+  void advance_clock(std::uint64_t steps);
 
   // ---- keeping a state, between two steps
   using State = PhysicsState;

@@ -1,5 +1,6 @@
 #include "world/runtime/run_control.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace aprsim::world {
@@ -17,8 +18,8 @@ void RunControl::step_by(std::uint64_t steps, std::uint64_t step) {
   steps_wanted_ += steps;
 }
 
-void RunControl::count_step() {
-  if (paused_ && steps_wanted_ > 0) --steps_wanted_;
+void RunControl::count_steps(std::uint64_t steps) {
+  if (paused_) steps_wanted_ -= std::min(steps, steps_wanted_);
 }
 
 void RunControl::begin_run(api::Ticket ticket, const api::RunUntil& wanted, int robot,

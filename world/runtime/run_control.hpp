@@ -31,7 +31,10 @@ class RunControl {
   /// Pauses, and takes this many steps more.
   void step_by(std::uint64_t steps, std::uint64_t step);
   /// After each step.
-  void count_step();
+  void count_step() { count_steps(1); }
+  void count_steps(std::uint64_t steps);
+  /// Counted steps that are left, while paused.
+  [[nodiscard]] std::uint64_t steps_left() const { return paused_ ? steps_wanted_ : 0; }
 
   /// Runs until the condition of `wanted` holds. See ConditionalRun::begin().
   void begin_run(api::Ticket ticket, const api::RunUntil& wanted, int robot, std::uint64_t step);

@@ -130,6 +130,16 @@ bool SimulationCore::step() {
   return true;
 }
 
+bool SimulationCore::take_still_steps() {
+  const std::uint64_t steps = control_.steps_left();
+  if (steps == 0 || control_.has_run() || recording_.is_active() || !world_->stands_still()) {
+    return false;
+  }
+  world_->step_still(steps);
+  control_.count_steps(steps);
+  return true;
+}
+
 void SimulationCore::complete_step() {
   recording_.record_step(run_time(), *world_);
   if (!control_.has_run()) return;

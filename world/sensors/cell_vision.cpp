@@ -15,9 +15,18 @@ CellVision::CellVision(const scene::Scene& scene, SimTime step_size, std::uint64
   }
 }
 
-bool CellVision::due(std::uint64_t step) const {
-  return std::any_of(feeds_.begin(), feeds_.end(),
-                     [step](const VisionFeed& feed) { return feed.due(step); });
+bool CellVision::due(std::uint64_t step) const { return due(step, step); }
+
+bool CellVision::due(std::uint64_t first, std::uint64_t last) const {
+  return std::ranges::any_of(feeds_,
+                             [=](const VisionFeed& feed) { return feed.first_due(first) <= last; });
+}
+
+void CellVision::advance_still(std::uint64_t first, std::uint64_t last,
+                               std::span<const scene::FreeBody> bodies,
+                               std::span<const Eigen::Isometry3d> X_WP,
+                               std::span<const Occluder> occluders) {
+  for (auto& feed : feeds_) feed.advance_still(first, last, bodies, X_WP, occluders);
 }
 
 void CellVision::advance(std::uint64_t step, std::span<const scene::FreeBody> bodies,

@@ -25,6 +25,13 @@ class CellVision {
   void advance(std::uint64_t step, std::span<const scene::FreeBody> bodies,
                std::span<const Eigen::Isometry3d> X_WP, std::span<const Occluder> occluders);
 
+  /// The same for the steps from `first` to `last` of a cell that stands still.
+  void advance_still(std::uint64_t first, std::uint64_t last,
+                     std::span<const scene::FreeBody> bodies,
+                     std::span<const Eigen::Isometry3d> X_WP, std::span<const Occluder> occluders);
+  /// Whether some camera exposes at one of these steps.
+  [[nodiscard]] bool due(std::uint64_t first, std::uint64_t last) const;
+
   /// See VisionFeed.
   void set_faults(std::size_t robot, std::shared_ptr<const CameraFaults> faults) {
     feeds_[robot].set_faults(std::move(faults));

@@ -48,6 +48,27 @@ void VisionFeed::expose(std::uint64_t step, std::span<const scene::FreeBody> bod
   pending.out_at += steps_in(faults_->late_s, step_size_);
 }
 
+void VisionFeed::advance_still(std::uint64_t first, std::uint64_t last,
+                               std::span<const scene::FreeBody> bodies,
+                               std::span<const Eigen::Isometry3d> X_WP,
+                               std::span<const Occluder> occluders) {
+  // Each exposure writes the next place of the ring, and a published frame is swapped out of it: as
+  // many exposures as there are frames replace them all. Those before only move the places.
+  const std::uint64_t seen = (ring_.size() + 1) * period_steps_;
+  for (std::uint64_t step = first_due(first); step <= last; step += period_steps_) {
+    if (step > 0) advance(step - 1);
+    if (faults_ || last - step <= seen) {
+      expose(step, bodies, X_WP, occluders);
+    } else {
+      ++exposures_;
+      ring_[(first_ + count_) % ring_.size()].out_at = step + latency_steps_;
+      ++count_;
+    }
+    advance(step);
+  }
+  advance(last);
+}
+
 void VisionFeed::set_faults(std::shared_ptr<const CameraFaults> faults) {
   const bool was_frozen = faults_ && faults_->frozen;
   if (faults && faults->frozen && !was_frozen) frozen_ = latest_.detections;

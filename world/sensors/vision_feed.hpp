@@ -24,8 +24,17 @@ class VisionFeed {
 
   /// Whether expose() is due at this step.
   [[nodiscard]] bool due(std::uint64_t step) const { return step % period_steps_ == 0; }
+  /// The first such step from this one on.
+  [[nodiscard]] std::uint64_t first_due(std::uint64_t step) const {
+    return (step + period_steps_ - 1) / period_steps_ * period_steps_;
+  }
   void expose(std::uint64_t step, std::span<const scene::FreeBody> bodies,
               std::span<const Eigen::Isometry3d> X_WP, std::span<const Occluder> occluders);
+  /// expose() and advance() for the steps from `first` to `last`, while the bodies and occluders
+  /// stay as they are. Frames that later ones replace are not made; the state is the same.
+  void advance_still(std::uint64_t first, std::uint64_t last,
+                     std::span<const scene::FreeBody> bodies,
+                     std::span<const Eigen::Isometry3d> X_WP, std::span<const Occluder> occluders);
   /// Sets the faults from the next exposure on; null = none.
   void set_faults(std::shared_ptr<const CameraFaults> faults);
   /// Publishes the frames whose latency is over. Once a step, after any exposure.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 
 #include "world/api/commands/conveyor_command.hpp"
@@ -39,6 +40,10 @@ class ConveyorDrive {
   void set_faults(const BeltFaults& faults);
   /// Advances by `step_s` and returns the speed of the belt's surface at its end [m/s].
   double step(double step_s);
+  /// Whether a time is bound to come at which it stops on its own.
+  [[nodiscard]] bool awaits_time() const { return state_.run && watchdog_s_ > 0; }
+  /// Advances only its clock, of a drive at rest.
+  void advance_clock(double step_s, std::uint64_t steps);
 
   /// State of the belt without the photo-eyes.
   [[nodiscard]] const api::ConveyorSnapshot& state() const { return state_; }

@@ -54,6 +54,13 @@ class SimulatedRobot {
   void step(const physics::GripperState& gripper, std::span<const physics::ArmForce> forces,
             const api::CellDescription& cell, std::span<const LooseTool> loose);
 
+  /// Whether a time is bound to come at which it acts on its own.
+  [[nodiscard]] bool awaits_time() const { return state_.guards.active(); }
+  /// Advances only its clock, of a robot at rest.
+  void advance_clock(std::uint64_t steps) {
+    state_.now += step_size_ * static_cast<SimTime::rep>(steps);
+  }
+
   /// Protective stop by the light curtain; no effect while one is held.
   void stop_for_light_curtain();
   /// Protective stop without a cause in the cell; no effect while one is held.

@@ -131,6 +131,12 @@ void PhysicsState::restore(PhysicsModel& model, PhysicsStep& step) const {
   step.restore(data.step);
 }
 
+void PhysicsState::advance_clock(std::uint64_t steps) {
+  auto data = std::make_shared<Data>(*data_);
+  data->step.results.count += steps;
+  data_ = std::move(data);
+}
+
 int PhysicsState::tool_of(int robot) const {
   return data_->tool_of_robot.at(static_cast<std::size_t>(robot));
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 
 namespace aprsim::archive {
@@ -23,6 +24,9 @@ class PhysicsState {
   /// Goes on from there bit for bit in a world that was built of the same scene with the same
   /// initial link poses. Throws std::invalid_argument when the numbers of bodies or robots differ.
   void restore(PhysicsModel& model, PhysicsStep& step) const;
+
+  /// Counts steps that are not taken. Copies the state.
+  void advance_clock(std::uint64_t steps);
 
   /// The tool on a robot's flange; -1 = none.
   [[nodiscard]] int tool_of(int robot) const;

@@ -43,6 +43,8 @@ class PhysicsStep {
 
   /// Throws PhysicsFailure.
   void run();
+  /// Counts steps that are not taken.
+  void advance_clock(std::uint64_t steps) { results_.count += steps; }
 
   [[nodiscard]] const StepResults& results() const { return results_; }
   [[nodiscard]] const StepSolver& solver() const { return solver_; }

@@ -6,27 +6,26 @@
 
 namespace aprsim::robot {
 
-/// An arm's latest postures, evenly spaced on its way, for the retreat from a collision. Cleared
-/// after a rest. A copyable value. Thread: sim.
+/// An arm's latest postures, evenly spaced on its way, for the retreat from a collision. After a
+/// rest only the present one is left. A copyable value. Thread: sim.
 class RetreatTrail {
  public:
   void clear() { count_ = rest_steps_ = 0; }
   /// Once a step, with the reference at its end.
   void record(const JointVector& q) {
     if (count_ > 0 && (q - back(0)).cwiseAbs().maxCoeff() < kSpacing_rad) {
-      if (q == last_) {
-        if (++rest_steps_ >= kForgetSteps) clear();
-      } else {
+      if (q != last_) {
         rest_steps_ = 0;
+      } else if (rest_steps_ < kForgetSteps && ++rest_steps_ == kForgetSteps) {
+        count_ = 0;
+        add(q);
       }
       last_ = q;
       return;
     }
     last_ = q;
     rest_steps_ = 0;
-    newest_ = (newest_ + 1) % kPoints;
-    points_[static_cast<std::size_t>(newest_)] = q;
-    if (count_ < kPoints) ++count_;
+    add(q);
   }
   [[nodiscard]] int count() const { return count_; }
   /// 0 = the newest.
@@ -49,6 +48,12 @@ class RetreatTrail {
   }
 
  private:
+  void add(const JointVector& q) {
+    newest_ = (newest_ + 1) % kPoints;
+    points_[static_cast<std::size_t>(newest_)] = q;
+    if (count_ < kPoints) ++count_;
+  }
+
   static constexpr int kPoints = 64;
   static constexpr double kSpacing_rad = 5e-4;
   static constexpr int kForgetSteps = 300;

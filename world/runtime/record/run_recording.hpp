@@ -15,6 +15,8 @@ class RunRecording {
   /// `recorder` outlives the recording; null = nothing is recorded.
   explicit RunRecording(Recorder* recorder) : recorder_(recorder) {}
 
+  [[nodiscard]] bool is_active() const { return recorder_ != nullptr; }
+
   /// `loaded`: name of the saved state that the epoch begins with; null = none.
   void begin_epoch(RunTime time, std::uint64_t seed, const std::string* loaded,
                    const std::shared_ptr<const scene::Scene>& scene, const World& world);

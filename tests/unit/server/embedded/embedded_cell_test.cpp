@@ -72,8 +72,10 @@ struct Host {
   std::vector<std::unique_ptr<EmbeddedRobot>> robots;
   CallStatus status;
   std::int64_t last_id = 0;
-  const std::function<void()> after_step = [this] {
-    for (const auto& robot : robots) robot->advance();
+  const AfterStep after_step = [this] {
+    bool runs = false;
+    for (const auto& robot : robots) runs = robot->advance() || runs;
+    return runs;
   };
 };
 
