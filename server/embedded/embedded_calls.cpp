@@ -176,7 +176,7 @@ constexpr std::array kMethods = {
 }  // namespace
 
 CallStatus call(EmbeddedCell& cell, std::string_view method, std::string_view request,
-                const std::function<void()>& after_step, std::string& answer) {
+                const AfterStep& after_step, std::string& answer) {
   const auto found = std::ranges::find(kMethods, method, &Method::name);
   if (found == kMethods.end()) {
     return {kUnimplemented, std::string(method) + ": a cell in this process has no such call"};

@@ -1,6 +1,7 @@
 // Steps of a cell that stands still advance its clocks and cameras alone. They must leave the bits
 // that complete steps leave, whatever acted on the cell before.
 
+#include <algorithm>
 #include <memory>
 #include <random>
 #include <string>
@@ -81,8 +82,9 @@ class RandomCommands {
   explicit RandomCommands(const World& world) : world_(world) {}
 
   api::Command next() {
-    const int robot = integer(0, static_cast<int>(world_.robots().size()) - 1);
-    switch (integer(0, 7)) {
+    const int robots = static_cast<int>(world_.robots().size());
+    const int robot = integer(0, std::max(robots - 1, 0));
+    switch (integer(robots > 0 ? 0 : 4, 7)) {
       case 0:
         return of(robot, api::InitRobot{});
       case 1: {
@@ -94,7 +96,7 @@ class RandomCommands {
       case 2:
         return of(robot, api::SetGripper{real(0, 1) < 0.5 ? 0.0 : 1.0});
       case 3:
-        return of(robot, api::Dwell{real(0.01, 0.5)});
+        return of(robot, api::Dwell{std::chrono::milliseconds(integer(10, 500))});
       case 4:
         return {0, api::ConveyorCommand{.run = real(0, 1) < 0.7,
                                         .forward = real(0, 1) < 0.5,
