@@ -587,6 +587,11 @@ class Cell(Channel):
             async for answer in answers:
                 goal.accept(answer)
 
+    async def set_planning(self, robot: str, mode: str) -> Receipt:
+        """Set how a robot's later moves regard obstacles: `direct` ignores them, `check` refuses moves
+        that would touch something, `avoid` also leads free moves round."""
+        return await self._run(calls.set_planning(robot, mode))
+
     async def set_conveyor(
         self,
         run: bool | None = None,
@@ -606,7 +611,7 @@ class Cell(Channel):
         return await self._run(calls.get_scene())
 
     async def spawn(self, type_name: str, name: str, X_WB: Array) -> BodyState:
-        """Add a gear or tray of a type of `description.body_types` at X_WB: the 4 x 4 pose of the body's
+        """Add a gear, tray or part of a type of `description.body_types` at X_WB: the 4 x 4 pose of the body's
         frame B in the world's frame W, with the position in metres in X_WB[:3, 3] (`aprsim.poses`).
         An occupied place moves it up until it is free. Scene edits last until a reset."""
         body = await self._run(calls.spawn_body(type_name, name, X_WB))
@@ -614,11 +619,11 @@ class Cell(Channel):
         return body
 
     async def move_body(self, name: str, X_WB: Array) -> BodyState:
-        """Move a gear or tray to the pose X_WB, at rest, as `spawn` does."""
+        """Move a body to the pose X_WB, at rest, as `spawn` does."""
         return await self._run(calls.move_body(name, X_WB))
 
     async def remove_body(self, name: str) -> Receipt:
-        """Remove a gear or tray from the cell."""
+        """Remove a body from the cell."""
         return await self._run(calls.remove_body(name))
 
     async def set_scene_value(self, path: str, value: object) -> Receipt:

@@ -14,7 +14,7 @@ from .endpoints import Endpoints
 from .errors import AprsimError, Refused, TimedOut, Unreachable
 from .events import Event, Happens
 from .poses import Array, pose_message
-from .snapshots import BodyState, Snapshot, seconds
+from .snapshots import PLANNING_MODES, BodyState, Snapshot, seconds
 from .v1 import control_service_pb2 as control
 from .v1 import history_service_pb2 as past
 from .v1 import journal_service_pb2 as journal
@@ -333,6 +333,15 @@ def list_states() -> Call[list[SavedState]]:
         ]
 
     return _control("ListStates", control.ListStatesRequest(), read)
+
+
+def set_planning(robot: str, mode: str) -> Call[Receipt]:
+    if mode not in PLANNING_MODES:
+        raise arguments.wrong("mode", mode, "one of " + ", ".join(PLANNING_MODES))
+    request = control.SetPlanningRequest(
+        robot=arguments.text("robot", robot), mode=PLANNING_MODES.index(mode) + 1
+    )
+    return _control("SetPlanning", request, _receipt)
 
 
 def set_conveyor(

@@ -340,6 +340,11 @@ class Cell(Channel, Closing):
             if waited_s > limit_s:
                 raise goal.too_late(limit_s)
 
+    def set_planning(self, robot: str, mode: str) -> Receipt:
+        """Set how a robot's later moves regard obstacles: `direct` ignores them, `check` refuses moves
+        that would touch something, `avoid` also leads free moves round."""
+        return self._run(calls.set_planning(robot, mode))
+
     def set_conveyor(
         self,
         run: bool | None = None,
@@ -361,7 +366,7 @@ class Cell(Channel, Closing):
         return self._run(calls.get_scene())
 
     def spawn(self, type_name: str, name: str, X_WB: Array) -> BodyState:
-        """Add a gear or tray of a type of `description.body_types` at X_WB: the 4 x 4 pose of the body's
+        """Add a gear, tray or part of a type of `description.body_types` at X_WB: the 4 x 4 pose of the body's
         frame B in the world's frame W, with the position in metres in X_WB[:3, 3] (`aprsim.poses`).
         An occupied place moves it up until it is free. Scene edits last until a reset."""
         body = self._run(calls.spawn_body(type_name, name, X_WB))
@@ -369,11 +374,11 @@ class Cell(Channel, Closing):
         return body
 
     def move_body(self, name: str, X_WB: Array) -> BodyState:
-        """Move a gear or tray to the pose X_WB, at rest, as `spawn` does."""
+        """Move a body to the pose X_WB, at rest, as `spawn` does."""
         return self._run(calls.move_body(name, X_WB))
 
     def remove_body(self, name: str) -> Receipt:
-        """Remove a gear or tray from the cell."""
+        """Remove a body from the cell."""
         return self._run(calls.remove_body(name))
 
     def set_scene_value(self, path: str, value: object) -> Receipt:

@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
+PLANNING_MODES = ("direct", "check", "avoid")
+"""What robots do about obstacles, in the order of the messages' numbers from 1."""
+
+
 class RobotState:
     """One arm."""
 
@@ -27,6 +31,12 @@ class RobotState:
     def name(self) -> str:
         """The robot's name in the cell's description."""
         return self.message.name
+
+    @property
+    def planning(self) -> str:
+        """How its moves regard obstacles: direct, check or avoid; empty where it was not asked for."""
+        mode = self.message.planning
+        return PLANNING_MODES[mode - 1] if mode else ""
 
     @property
     def joints_rad(self) -> Array:

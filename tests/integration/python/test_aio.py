@@ -31,6 +31,8 @@ class AsyncTest(WithCell):
             fault = await cell.inject_fault("belt-jam", duration_s=0.01)
             self.assertEqual((await cell.step(50)).injected_faults[-1].id, fault.id)
             self.assertTrue((await cell.set_conveyor(True)).run)
+            await cell.set_planning("fanuc", "check")
+            self.assertEqual((await cell.step(1)).robots["fanuc"].planning, "check")
             self.assertGreater(len(await cell.incident()), 1000)
 
         self.run_async(work)

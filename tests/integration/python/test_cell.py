@@ -138,6 +138,15 @@ class CellTest(WithCell):
         with self.assertRaisesRegex(Refused, "speed"):
             self.cell.set_conveyor(speed_m_s=1000)
 
+    def test_how_moves_regard_obstacles(self):
+        self.assertEqual(self.cell.snapshot().robots["fanuc"].planning, "direct")
+        self.cell.set_planning("fanuc", "avoid")
+        robots = self.cell.step(1).robots
+        self.assertEqual([robots[name].planning for name in ("fanuc", "motoman")], ["avoid", "direct"])
+        with self.assertRaisesRegex(Refused, "robot"):
+            self.cell.set_planning("nobody", "check")
+        self.cell.set_planning("fanuc", "direct")
+
     def test_faults_wait_last_and_end(self):
         fault = self.cell.inject_fault(
             "gripper-leak", "fanuc", {"over": 0.5}, when=faults.Reported("now"), duration_s=0.2
@@ -415,6 +424,8 @@ class CellTest(WithCell):
             "seed: -1, where a whole number from 0": lambda: cell.reset(seed=-1),
             "speed_m_s: '1', where a finite number in m/s": lambda: cell.set_conveyor(speed_m_s="1"),
             "run: 1, where True or False": lambda: cell.set_conveyor(1),
+            "mode: 'careful', where one of direct, check, avoid":
+                lambda: cell.set_planning("fanuc", "careful"),
             "name: 5, where a text": lambda: cell.save(5),
             "step: -1, where a whole number": lambda: cell.past(-1),
             "stride: 0, where a whole number": lambda: next(cell.past_range(0, 1, stride=0)),
