@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -18,7 +19,22 @@ Value& child(Value& parent, const std::string& key, const detail::Mark& mark) {
   return parent.entries.back().value;
 }
 
+/// Whether `key` is `whole` or a part of it.
+bool is_within(const std::string& key, const std::string& whole) {
+  return key.starts_with(whole) &&
+         (key.size() == whole.size() || key[whole.size()] == '.' || key[whole.size()] == '[');
+}
+
 }  // namespace
+
+void detail::Context::add(Error added) {
+  if (!error) error = added;
+  if (!collects || std::ranges::find(mistyped, added.field) != mistyped.end()) return;
+  const bool follows = std::ranges::any_of(errors, [&](const Error& other) {
+    return is_within(other.field, added.field) || is_within(added.field, other.field);
+  });
+  if (!follows) errors.push_back(std::move(added));
+}
 
 Document::Document(Value root) : context_(std::make_unique<detail::Context>()) {
   context_->root = std::move(root);
@@ -62,9 +78,21 @@ Result<Document> Document::from_text(const std::string& text, const std::string&
   return Document(std::move(*root));
 }
 
+Document Document::recorded(KeyRecorder& recorder) {
+  Document document{Value{}};
+  document.context_->recorder = &recorder;
+  return document;
+}
+
 Node Document::root() const { return {context_.get(), &context_->root, &context_->root, ""}; }
 
 const std::optional<Error>& Document::error() const { return context_->error; }
+
+bool Document::is_recorded() const { return context_->recorder != nullptr; }
+
+void Document::collect_errors() { context_->collects = true; }
+
+const std::vector<Error>& Document::errors() const { return context_->errors; }
 
 Result<void> Document::set(std::string_view path, const std::string& text,
                            const std::string& source) {

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "world/base/yaml/key_recorder.hpp"
 #include "world/base/yaml/yaml_tree.hpp"
 
 namespace aprsim::yaml {
@@ -17,6 +18,14 @@ namespace {
 std::string shown(double value) {
   char buffer[32];
   const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
+  return {buffer, end};
+}
+
+/// A default, which may come from a conversion of units.
+std::string rounded(double value) {
+  char buffer[32];
+  const auto end =
+      std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, 12).ptr;
   return {buffer, end};
 }
 
@@ -73,9 +82,15 @@ std::string Range::text() const {
 
 std::string Node::where() const { return place_->mark.text(); }
 
-bool Node::is_list() const { return value_ && value_->kind == Value::Kind::kList; }
+bool Node::is_list() const {
+  if (context_->recorder) return value_ && context_->recorder->form(key_) == 1;
+  return value_ && value_->kind == Value::Kind::kList;
+}
 
-bool Node::is_map() const { return value_ && value_->kind == Value::Kind::kMap; }
+bool Node::is_map() const {
+  if (context_->recorder) return value_ && context_->recorder->form(key_) == 2;
+  return value_ && value_->kind == Value::Kind::kMap;
+}
 
 std::string Node::found() const {
   if (!value_ || value_->kind == Value::Kind::kNull) return "nothing";
@@ -87,10 +102,22 @@ std::string Node::found() const {
 }
 
 void Node::error(const std::string& found, const std::string& expected, ErrorCode code) const {
-  if (context_->error) return;
-  context_->error = Error{code, key_,
-                          where() + ": " + (key_.empty() ? "" : key_ + ": ") + "found " + found +
-                              ", expected " + expected};
+  if (context_->recorder) {
+    if (!value_) context_->recorder->demand(key_);
+    return;
+  }
+  if (context_->error && !context_->collects) return;
+  context_->add(Error{code, key_,
+                      where() + ": " + (key_.empty() ? "" : key_ + ": ") + "found " + found +
+                          ", expected " + expected});
+}
+
+void Node::note_words(std::span<const std::string> words) const {
+  if (context_->recorder) context_->recorder->note_words(key_, words);
+}
+
+void Node::note_names(std::span<const std::string> names) const {
+  if (context_->recorder) context_->recorder->note_names(key_, names);
 }
 
 void Node::unexpected(const std::string& expected, ErrorCode code) const {
@@ -98,6 +125,10 @@ void Node::unexpected(const std::string& expected, ErrorCode code) const {
 }
 
 double Node::number(const Range& range) const {
+  if (context_->recorder) {
+    if (!value_) context_->recorder->demand(key_);
+    return context_->recorder->number(key_, range);
+  }
   const auto number = value_ ? finite_number(*value_) : std::nullopt;
   if (number && range.holds(*number)) return *number;
   unexpected("a number" + range.text());
@@ -105,10 +136,19 @@ double Node::number(const Range& range) const {
 }
 
 double Node::number_or(double fallback, const Range& range) const {
+  if (context_->recorder) {
+    context_->recorder->fallback(key_, rounded(fallback));
+    const double value = context_->recorder->number(key_, range);
+    return value_ ? value : fallback;
+  }
   return value_ ? number(range) : fallback;
 }
 
 std::int64_t Node::integer(std::int64_t min, std::int64_t max) const {
+  if (context_->recorder) {
+    if (!value_) context_->recorder->demand(key_);
+    return context_->recorder->integer(key_, min, max);
+  }
   if (value_ && value_->kind == Value::Kind::kScalar && !value_->quoted) {
     const auto number = parse_number<std::int64_t>(value_->scalar);
     if (number && *number >= min && *number <= max) return *number;
@@ -121,10 +161,19 @@ std::int64_t Node::integer(std::int64_t min, std::int64_t max) const {
 }
 
 std::int64_t Node::integer_or(std::int64_t fallback, std::int64_t min, std::int64_t max) const {
+  if (context_->recorder) {
+    context_->recorder->fallback(key_, std::to_string(fallback));
+    const std::int64_t value = context_->recorder->integer(key_, min, max);
+    return value_ ? value : fallback;
+  }
   return value_ ? integer(min, max) : fallback;
 }
 
 bool Node::boolean() const {
+  if (context_->recorder) {
+    if (!value_) context_->recorder->demand(key_);
+    return context_->recorder->boolean(key_);
+  }
   if (value_ && value_->kind == Value::Kind::kScalar && !value_->quoted) {
     if (value_->scalar == "true") return true;
     if (value_->scalar == "false") return false;
@@ -133,9 +182,20 @@ bool Node::boolean() const {
   return false;
 }
 
-bool Node::boolean_or(bool fallback) const { return value_ ? boolean() : fallback; }
+bool Node::boolean_or(bool fallback) const {
+  if (context_->recorder) {
+    context_->recorder->fallback(key_, fallback ? "true" : "false");
+    const bool value = context_->recorder->boolean(key_);
+    return value_ ? value : fallback;
+  }
+  return value_ ? boolean() : fallback;
+}
 
 std::string Node::text() const {
+  if (context_->recorder) {
+    if (!value_) context_->recorder->demand(key_);
+    return context_->recorder->text(key_);
+  }
   if (value_ && value_->kind == Value::Kind::kScalar && !value_->scalar.empty()) {
     return value_->scalar;
   }
@@ -143,9 +203,20 @@ std::string Node::text() const {
   return "";
 }
 
-std::string Node::text_or(const std::string& fallback) const { return value_ ? text() : fallback; }
+std::string Node::text_or(const std::string& fallback) const {
+  if (context_->recorder) {
+    context_->recorder->fallback(key_, fallback);
+    const std::string value = context_->recorder->text(key_);
+    return value_ ? value : fallback;
+  }
+  return value_ ? text() : fallback;
+}
 
 std::size_t Node::word(std::span<const std::string_view> words) const {
+  if (context_->recorder) {
+    if (!value_) context_->recorder->demand(key_);
+    return context_->recorder->word(key_, words);
+  }
   const std::vector<std::string> known(words.begin(), words.end());
   if (value_ && value_->kind == Value::Kind::kScalar) {
     const auto it = std::find(known.begin(), known.end(), value_->scalar);
@@ -159,11 +230,18 @@ std::size_t Node::word(std::span<const std::string_view> words) const {
 
 std::size_t Node::word_or(std::size_t fallback,
                           std::initializer_list<std::string_view> words) const {
+  if (context_->recorder) {
+    const std::span all(words.begin(), words.size());
+    context_->recorder->fallback(key_, std::string(all[fallback]));
+    const std::size_t value = context_->recorder->word(key_, all);
+    return value_ ? value : fallback;
+  }
   return value_ ? word(words) : fallback;
 }
 
 std::vector<double> Node::numbers(std::size_t min_count, std::size_t max_count,
                                   const Range& range) const {
+  if (context_->recorder) return recorded_numbers(min_count, max_count, range);
   std::vector<double> result;
   const std::string expected = "a list of " + count_text(min_count, max_count) + " numbers";
   if (!is_list()) {
@@ -177,8 +255,25 @@ std::vector<double> Node::numbers(std::size_t min_count, std::size_t max_count,
   return result;
 }
 
+std::vector<double> Node::recorded_numbers(std::size_t min_count, std::size_t max_count,
+                                           const Range& range) const {
+  if (!value_) context_->recorder->demand(key_);
+  std::vector<double> result(context_->recorder->list(key_, min_count, max_count));
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    result[i] = context_->recorder->number(key_ + "[" + std::to_string(i) + "]", range);
+  }
+  return result;
+}
+
 std::vector<Node> Node::items() const {
   std::vector<Node> result;
+  if (context_->recorder) {
+    const std::size_t count = context_->recorder->items(key_);
+    for (std::size_t i = 0; value_ && i < count; ++i) {
+      result.push_back(Node(context_, value_, value_, key_ + "[" + std::to_string(i) + "]"));
+    }
+    return result;
+  }
   if (!value_) return result;
   if (!is_list()) {
     unexpected("a list");
@@ -193,6 +288,14 @@ std::vector<Node> Node::items() const {
 
 std::vector<std::pair<std::string, Node>> Node::entries() const {
   std::vector<std::pair<std::string, Node>> result;
+  if (context_->recorder) {
+    std::string name = context_->recorder->name(key_);
+    std::string path = key_.empty() ? "*" : key_ + ".*";
+    if (value_) {
+      result.emplace_back(std::move(name), Node(context_, value_, value_, std::move(path)));
+    }
+    return result;
+  }
   if (!value_) return result;
   if (!is_map()) {
     unexpected("a map");
@@ -211,6 +314,11 @@ Map Node::map(std::initializer_list<std::string_view> known) const {
 
 Map Node::map(std::span<const std::string_view> known) const {
   std::vector<std::string> words(known.begin(), known.end());
+  if (context_->recorder) {
+    if (!value_) context_->recorder->demand(key_);
+    context_->recorder->map(key_, known);
+    return {*this, std::move(words)};
+  }
   if (!is_map()) {
     unexpected("a map with the keys " + joined(words));
     return {Node(context_, nullptr, place_, key_), std::move(words)};
@@ -218,9 +326,12 @@ Map Node::map(std::span<const std::string_view> known) const {
   for (const detail::Entry& entry : value_->entries) {
     if (std::find(words.begin(), words.end(), entry.key) != words.end()) continue;
     const Value at{.mark = entry.mark};
-    Node(context_, nullptr, &at, key_.empty() ? entry.key : key_ + "." + entry.key)
+    const std::string prefix = key_.empty() ? "" : key_ + ".";
+    Node(context_, nullptr, &at, prefix + entry.key)
         .error("an unknown key", "one of " + joined(words) + suggestion(entry.key, words));
-    break;
+    if (const std::string near = nearest_word(entry.key, words); !near.empty()) {
+      context_->mistyped.push_back(prefix + near);
+    }
   }
   return {*this, std::move(words)};
 }
@@ -230,6 +341,11 @@ Node Map::operator[](std::string_view key) const {
     throw std::logic_error("key " + std::string(key) + " is not among those of " + node_.key());
   }
   std::string path = node_.key_.empty() ? std::string(key) : node_.key_ + "." + std::string(key);
+  if (node_.context_->recorder) {
+    // Within an absent map nothing is demanded but the map itself.
+    const bool present = node_.value_ && node_.context_->recorder->is_present(path);
+    return {node_.context_, present ? node_.value_ : nullptr, node_.place_, std::move(path)};
+  }
   const detail::Entry* entry = node_.value_ ? node_.value_->find(key) : nullptr;
   if (!entry) return {node_.context_, nullptr, node_.place_, std::move(path)};
   return {node_.context_, &entry->value, &entry->value, std::move(path)};

@@ -39,6 +39,7 @@ struct Range {
 inline constexpr Range kPositive = above(0);
 inline constexpr Range kNotNegative = at_least(0);
 
+class KeyRecorder;
 class Map;
 
 /// A value, or the place where one is missing. Cheap to copy; valid as long as its Document.
@@ -88,6 +89,10 @@ class Node {
   [[nodiscard]] Map map(std::span<const std::string_view> known) const;
   [[nodiscard]] Map map(std::initializer_list<std::string_view> known) const;
 
+  /// Tell a recording the words of text(), or the names of entries(), that the caller accepts.
+  void note_words(std::span<const std::string> words) const;
+  void note_names(std::span<const std::string> names) const;
+
   /// Records "found ..., expected ..." at this value, unless the document has an error already.
   void error(const std::string& found, const std::string& expected,
              ErrorCode code = ErrorCode::kInvalidArgument) const;
@@ -101,6 +106,8 @@ class Node {
        std::string key)
       : context_(context), value_(value), place_(place), key_(std::move(key)) {}
   [[nodiscard]] std::string found() const;
+  [[nodiscard]] std::vector<double> recorded_numbers(std::size_t min_count, std::size_t max_count,
+                                                     const Range& range) const;
 
   detail::Context* context_;
   const detail::Value* value_;  ///< null: absent
@@ -137,6 +144,9 @@ class Document {
   /// `source` takes the place of the file name in messages.
   [[nodiscard]] static Result<Document> from_text(const std::string& text,
                                                   const std::string& source);
+  /// A document in which each run of `recorder` finds other keys; see key_recorder.hpp. It never
+  /// has an error.
+  [[nodiscard]] static Document recorded(KeyRecorder& recorder);
   ~Document();
   Document(Document&&) noexcept;
   Document& operator=(Document&&) noexcept;
@@ -147,6 +157,13 @@ class Document {
   [[nodiscard]] Result<void> set(std::string_view path, const std::string& text,
                                  const std::string& source);
   [[nodiscard]] const std::optional<Error>& error() const;
+  [[nodiscard]] bool is_recorded() const;
+
+  /// Before reading: keeps further errors than the first, too, for errors(). Errors that follow
+  /// from others are left out: of values around or within a value with an error, and of a missing
+  /// key where an unknown one is nearly the same.
+  void collect_errors();
+  [[nodiscard]] const std::vector<Error>& errors() const;
 
  private:
   explicit Document(detail::Value root);

@@ -8,6 +8,10 @@
 
 #include "world/base/result.hpp"
 
+namespace aprsim::yaml {
+class KeyRecorder;
+}
+
 /// The parsed form behind yaml_reader.hpp, also for files that are edited and written again.
 namespace aprsim::yaml::detail {
 
@@ -38,10 +42,16 @@ struct Entry {
   Value value;
 };
 
-/// The tree of one document and the first error met while reading it.
+/// The tree of one document and the errors met while reading it.
 struct Context {
   Value root;
-  std::optional<Error> error;
+  std::optional<Error> error;         ///< the first
+  bool collects = false;              ///< whether `errors` is filled
+  std::vector<Error> errors;          ///< all that do not follow from others
+  std::vector<std::string> mistyped;  ///< keys that an unknown key was probably meant as
+  KeyRecorder* recorder = nullptr;    ///< of a document without a tree
+
+  void add(Error added);
 };
 
 /// Parses one YAML document. Refused: syntax errors, several documents, aliases and tags, keys that
