@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <set>
 
+#include "world/api/faults/fault_kinds.hpp"
+#include "world/base/yaml/yaml_tree.hpp"
 #include "world/scenario/measure_kinds.hpp"
 #include "world/scenario/scenario_check.hpp"
 #include "world/scenario/scene_change.hpp"
@@ -32,6 +34,8 @@ bool is_file(const std::string& name) {
   return name.find('/') != std::string::npos || name.ends_with(".yaml") || name.ends_with(".yml");
 }
 
+}  // namespace
+
 Result<std::string> find_scenario(const std::string& name_or_file, const scene::DataPaths& paths) {
   if (is_file(name_or_file)) return name_or_file;
   const fs::path path = fs::path(paths.scenarios) / (name_or_file + ".yaml");
@@ -46,6 +50,8 @@ Result<std::string> find_scenario(const std::string& name_or_file, const scene::
                   (list.empty() ? "(there is none)" : list) +
                   (near.empty() ? "" : " (did you mean " + near + "?)"));
 }
+
+namespace {
 
 /// The path of the scene that a scenario names.
 Result<std::string> scene_of(const std::string& name, const std::string& scenario,
@@ -90,10 +96,24 @@ Moment read_moment(const yaml::Map& keys) {
   return keys["at_s"].number_or(0, kTime);
 }
 
+std::vector<std::string> names_of_measures() {
+  std::vector<std::string> names;
+  for (const auto& kind : measure_kinds()) names.emplace_back(kind.name);
+  return names;
+}
+
+std::vector<std::string> names_of_kinds() {
+  std::vector<std::string> names;
+  for (const auto& kind : faults::all_kinds()) names.emplace_back(kind.name);
+  return names;
+}
+
 class Reader {
  public:
-  Reader(yaml::Document& document, std::string file, const scene::DataPaths& paths)
-      : document_(document), paths_(paths) {
+  /// With `collects`, reading goes on after errors that leave a scene.
+  Reader(yaml::Document& document, std::string file, const scene::DataPaths& paths,
+         bool collects = false)
+      : document_(document), paths_(paths), collects_(collects) {
     out_.file = std::move(file);
     out_.name = fs::path(out_.file).stem().string();
   }
@@ -105,7 +125,7 @@ class Reader {
       keys["description"].unexpected("one line");
     }
     if (auto ok = read_scene(keys); !ok) return tl::unexpected(std::move(ok.error()));
-    if (document_.error()) return tl::unexpected(*document_.error());
+    if (document_.error() && !collects_) return tl::unexpected(*document_.error());
     read_names(keys);
     for (const yaml::Node& node : keys["orders"].items()) read_order(node);
     if (!keys["orders"]) keys["orders"].unexpected("a list of orders");
@@ -122,19 +142,26 @@ class Reader {
   }
 
  private:
-  /// Reads the underlying scene and applies `remove` and `supply`.
-  Result<void> read_scene(const yaml::Map& keys) {
-    const std::string name = keys["scene"].text();
-    if (document_.error()) return tl::unexpected(*document_.error());
+  /// The underlying scene, valid and with the types that it names.
+  Result<Tree> base_scene(const yaml::Node& node) {
+    const std::string name = node.text();
+    if (document_.is_recorded()) return Tree{.kind = Tree::Kind::kMap};
+    if (document_.error() && name.empty()) return tl::unexpected(*document_.error());
     const auto file = scene_of(name, out_.file, paths_);
-    if (!file) return refer(keys["scene"], file.error());
+    if (!file) return tl::unexpected(refer(node, file.error()));
     out_.scene_file = *file;
     // Errors in the scene itself name the scene's own file.
-    if (auto base = scene::load_scene(*file, paths_); !base)
-      return refer(keys["scene"], base.error());
+    if (auto base = scene::load_scene(*file, paths_); !base) {
+      return tl::unexpected(refer(node, base.error()));
+    }
     auto text = scene::self_contained(*file, paths_);
     if (!text) return tl::unexpected(std::move(text.error()));
-    auto tree = yaml::detail::parse(*text, *file);
+    return yaml::detail::parse(*text, *file);
+  }
+
+  /// Reads the underlying scene and applies `remove` and `supply`.
+  Result<void> read_scene(const yaml::Map& keys) {
+    auto tree = base_scene(keys["scene"]);
     if (!tree) return tl::unexpected(std::move(tree.error()));
     out_.changes_parts = keys["remove"] || keys["supply"];
     for (const yaml::Node& node : keys["remove"].items()) {
@@ -142,17 +169,21 @@ class Reader {
       if (!remove_body(*tree, body)) node.unexpected("the name of a tray or gear in the scene");
     }
     for (const yaml::Node& node : keys["supply"].items()) add_tray(node, *tree);
-    if (document_.error()) return tl::unexpected(*document_.error());
+    if (document_.is_recorded()) return {};
+    if (document_.error() && !collects_) return tl::unexpected(*document_.error());
     out_.scene_text = yaml::detail::write(*tree);
-    auto changed = scene::read_scene(out_.scene_text, *file, paths_);
-    if (!changed) return refer(keys["supply"] ? keys["supply"] : keys["remove"], changed.error());
+    auto changed = scene::read_scene(out_.scene_text, out_.scene_file, paths_);
+    if (!changed) {
+      return tl::unexpected(
+          refer(keys["supply"] ? keys["supply"] : keys["remove"], changed.error()));
+    }
     out_.scene = std::move(*changed);
     return {};
   }
 
-  [[nodiscard]] Result<void> refer(const yaml::Node& node, const Error& error) const {
+  [[nodiscard]] Error refer(const yaml::Node& node, const Error& error) const {
     node.error("an invalid scene (" + error.message + ")", "a valid one", error.code);
-    return tl::unexpected(*document_.error());
+    return *document_.error();
   }
 
   /// A part tray on the belt, full by default.
@@ -209,6 +240,7 @@ class Reader {
   void read_names(const yaml::Map& keys) {
     out_.cell = keys["cell"].text_or(fs::path(out_.scene_file).stem().string());
     if (const auto program = keys["program"]) {
+      program.note_words(std::vector<std::string>(kPrograms.begin(), kPrograms.end()));
       out_.program = program.text();
       if (std::ranges::find(kPrograms, out_.program) == std::end(kPrograms)) {
         program.unexpected("kitting or pick");
@@ -252,6 +284,7 @@ class Reader {
     const yaml::Map keys = node.map({"name", "kind", "target", "with", "at_s", "when", "for_s"});
     Fault fault;
     if (keys["name"]) fault.name = scene::read_name(keys["name"]);
+    keys["kind"].note_words(names_of_kinds());
     fault.kind = keys["kind"].text();
     if (keys["target"]) fault.target = keys["target"].text();
     check_fault(keys, fault, out_.scene);
@@ -329,11 +362,10 @@ class Reader {
   }
 
   void read_expected(const yaml::Node& node) {
+    node.note_names(names_of_measures());
     for (const auto& [name, bound] : node.entries()) {
       if (find_measure(name) == nullptr) {
-        std::vector<std::string> known;
-        for (const auto& kind : measure_kinds()) known.emplace_back(kind.name);
-        scene::report_unknown(bound, name, "measure", known);
+        scene::report_unknown(bound, name, "measure", names_of_measures());
         continue;
       }
       Bound& out = out_.expected[name];
@@ -367,6 +399,7 @@ class Reader {
 
   yaml::Document& document_;
   const scene::DataPaths& paths_;
+  bool collects_;
   Scenario out_;
 };
 
@@ -378,6 +411,28 @@ Result<Scenario> load_scenario(const std::string& name_or_file, const scene::Dat
   auto document = yaml::Document::from_file(*file);
   if (!document) return tl::unexpected(std::move(document.error()));
   return Reader(*document, std::move(*file), paths).read();
+}
+
+std::vector<Error> examine_scenario(const std::string& text, const std::string& file,
+                                    const scene::DataPaths& paths) {
+  auto document = yaml::Document::from_text(text, file);
+  if (!document) return {std::move(document.error())};
+  document->collect_errors();
+  const auto scenario = Reader(*document, file, paths, true).read();
+  if (!scenario && document->errors().empty()) return {scenario.error()};
+  return document->errors();
+}
+
+yaml::KeySchema scenario_keys() {
+  constexpr int kRuns = 400;
+  yaml::KeyRecorder recorder;
+  auto document = yaml::Document::recorded(recorder);
+  for (int run = 0; run < kRuns; ++run) {
+    recorder.begin_run();
+    static_cast<void>(Reader(document, "recorded", {}).read());
+    recorder.end_run();
+  }
+  return recorder.schema();
 }
 
 Result<Summary> summarize_scenario(const std::string& name, const scene::DataPaths& paths) {

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "world/base/result.hpp"
+#include "world/base/yaml/key_recorder.hpp"
 #include "world/scenario/scenario.hpp"
 #include "world/scene/data_paths.hpp"
 
@@ -13,6 +15,18 @@ namespace aprsim::scenario {
 /// and the expected value. References to the scene are checked as well.
 [[nodiscard]] Result<Scenario> load_scenario(const std::string& name_or_file,
                                              const scene::DataPaths& paths);
+
+/// The file of a scenario by name or by path. Error: as load_scenario.
+[[nodiscard]] Result<std::string> find_scenario(const std::string& name_or_file,
+                                                const scene::DataPaths& paths);
+
+/// The errors of a scenario, as of load_scenario, all that can be found in one reading. `file` is
+/// the place of the text.
+[[nodiscard]] std::vector<Error> examine_scenario(const std::string& text, const std::string& file,
+                                                  const scene::DataPaths& paths);
+
+/// The keys of scenario files, recorded from their reader.
+[[nodiscard]] yaml::KeySchema scenario_keys();
 
 /// Summary of a shipped scenario, without checks.
 struct Summary {

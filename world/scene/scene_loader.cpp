@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <iterator>
 
 #include "world/base/utf8.hpp"
+#include "world/base/yaml/key_recorder.hpp"
 #include "world/base/yaml/yaml_tree.hpp"
 #include "world/scene/overlap_check.hpp"
 #include "world/scene/readers/object_reader.hpp"
@@ -21,6 +23,9 @@ using yaml::detail::Value;
 
 constexpr std::array<std::string_view, 5> kTypeKeys = {"pockets", "gear_types", "tray_types",
                                                        "part_types", "robot_types"};
+
+/// Enough that each value is read in each of its forms.
+constexpr int kRecordedRuns = 600;
 
 ShippedFiles shipped(const DataPaths& paths) { return {paths.scenes, paths.models}; }
 
@@ -72,6 +77,11 @@ void make_models_absolute(const FileScope& scope, Value& root) {
   });
 }
 
+constexpr std::array<std::string_view, 20> kSceneKeys = {
+    "seed",        "types",   "physics", "pockets", "gear_types", "tray_types",    "part_types",
+    "robot_types", "tools",   "robots",  "cameras", "conveyor",   "light_curtain", "fixed",
+    "fixtures",    "holders", "floor",   "trays",   "gears",      "parts"};
+
 /// One load: the scene's file, the files of types that it names, and what they hold.
 class Loader {
  public:
@@ -79,11 +89,7 @@ class Loader {
 
   Result<Scene> load(Result<yaml::Document> document, bool check_places = true) {
     if (!document) return tl::unexpected(std::move(document.error()));
-    const yaml::Map keys =
-        document->root().map({"seed",       "types",      "physics",       "pockets", "gear_types",
-                              "tray_types", "part_types", "robot_types",   "tools",   "robots",
-                              "cameras",    "conveyor",   "light_curtain", "fixed",   "fixtures",
-                              "holders",    "floor",      "trays",         "gears",   "parts"});
+    const yaml::Map keys = document->root().map(kSceneKeys);
     if (document->error()) return tl::unexpected(*document->error());
     if (auto read = read_type_files(keys["types"]); !read) {
       return tl::unexpected(std::move(read.error()));
@@ -93,6 +99,43 @@ class Loader {
     if (!document->error() && check_places) check_overlaps(scene, nodes);
     if (document->error()) return tl::unexpected(*document->error());
     return scene;
+  }
+
+  /// Goes on after errors.
+  Examined examine(Result<yaml::Document> document) {
+    collects_ = true;
+    if (!document) return {.errors = {std::move(document.error())}, .scene = std::nullopt};
+    document->collect_errors();
+    Scene scene;
+    const yaml::Map keys = document->root().map(kSceneKeys);
+    const auto read = read_type_files(keys["types"]);
+    const bool has_types = std::ranges::none_of(document->errors(), [](const Error& error) {
+      return error.field == "types" || error.field.starts_with("types[");
+    });
+    // Without its types, nothing of the scene makes sense.
+    if (read && has_types) {
+      const BodyNodes nodes = read_scene(keys, scene);
+      if (!document->error() && errors_.empty()) check_overlaps(scene, nodes);
+    } else if (!read) {
+      errors_.push_back(read.error());
+    }
+    std::ranges::copy(document->errors(), std::back_inserter(errors_));
+    if (!errors_.empty()) return {.errors = std::move(errors_), .scene = std::nullopt};
+    return {.errors = {}, .scene = std::move(scene)};
+  }
+
+  /// The same of a file that has types only.
+  std::vector<Error> examine_types(Result<yaml::Document> document) {
+    if (!document) return {std::move(document.error())};
+    document->collect_errors();
+    read_types(document->root().map(kTypeKeys), scope_, types_);
+    std::vector<Error> errors = document->errors();
+    // Gears and pockets may be in other files that a scene names with this one.
+    std::erase_if(errors, [](const Error& error) {
+      return error.code == ErrorCode::kNotFound &&
+             (error.field.ends_with(".gear") || error.field.ends_with(".pocket"));
+    });
+    return errors;
   }
 
  private:
@@ -108,8 +151,10 @@ class Loader {
       type_files_.push_back(path);
       auto document = yaml::Document::from_file(path);
       if (!document) return tl::unexpected(std::move(document.error()));
+      if (collects_) document->collect_errors();
       read_types(document->root().map(kTypeKeys), scope_, types_);
-      if (document->error()) return tl::unexpected(*document->error());
+      if (document->error() && !collects_) return tl::unexpected(*document->error());
+      std::ranges::copy(document->errors(), std::back_inserter(errors_));
     }
     return {};
   }
@@ -133,6 +178,8 @@ class Loader {
   const FileScope& scope_;
   std::vector<std::string> type_files_;
   Types types_;
+  bool collects_ = false;
+  std::vector<Error> errors_;  // of files of types
 };
 
 }  // namespace
@@ -197,6 +244,48 @@ Result<Scene> of_text(Result<Scene> scene, const std::string& file) {
 
 Result<Scene> read_scene(const std::string& text, const std::string& file, const DataPaths& paths) {
   return read_whole(text, file, FileScope(file, shipped(paths)));
+}
+
+bool has_types_only(const std::string& text, const std::string& file) {
+  const auto root = yaml::detail::parse(text, file);
+  return root && !root->entries.empty() &&
+         std::ranges::all_of(root->entries, [](const auto& entry) {
+           return std::ranges::find(kTypeKeys, entry.key) != kTypeKeys.end();
+         });
+}
+
+Examined examine_scene(const std::string& text, const std::string& file, const DataPaths& paths) {
+  const FileScope scope(file, shipped(paths));
+  Examined out = Loader(file, scope).examine(yaml::Document::from_text(text, file));
+  if (!out.scene) return out;
+  auto whole = whole_text(text, file, scope);
+  if (whole) out.scene->text = *std::move(whole);
+  return out;
+}
+
+std::vector<Error> examine_types(const std::string& text, const std::string& file,
+                                 const DataPaths& paths) {
+  const FileScope scope(file, shipped(paths));
+  return Loader(file, scope).examine_types(yaml::Document::from_text(text, file));
+}
+
+yaml::KeySchema scene_keys() {
+  yaml::KeyRecorder recorder;
+  const FileScope nowhere("/dev/null/scene.yaml", {"/dev/null", "/dev/null"});
+  for (int run = 0; run < kRecordedRuns; ++run) {
+    recorder.begin_run();
+    static_cast<void>(Loader("recorded", nowhere).load(yaml::Document::recorded(recorder), false));
+    recorder.end_run();
+  }
+  return recorder.schema();
+}
+
+yaml::KeySchema type_keys() {
+  yaml::KeySchema keys = scene_keys();
+  std::erase_if(keys.keys, [](const yaml::KeyEntry& entry) {
+    return std::ranges::find(kTypeKeys, entry.key) == kTypeKeys.end();
+  });
+  return keys;
 }
 
 Result<Scene> read_sent(const std::string& text, const std::string& file, const DataPaths& paths,

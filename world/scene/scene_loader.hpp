@@ -1,8 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "world/base/result.hpp"
+#include "world/base/yaml/key_recorder.hpp"
 #include "world/scene/data_paths.hpp"
 #include "world/scene/files/file_scope.hpp"
 #include "world/scene/model/scene.hpp"
@@ -34,6 +37,28 @@ namespace aprsim::scene {
 /// The same of a text in a journal or saved state; see read_sent().
 [[nodiscard]] Result<Scene> read_recorded(const std::string& text, const std::string& file,
                                           const DataPaths& paths, KnownFiles known);
+
+/// A scene that is checked rather than loaded.
+struct Examined {
+  std::vector<Error> errors;   ///< as of load_scene, all that can be found in one reading
+  std::optional<Scene> scene;  ///< if there are none
+};
+
+/// Reads a scene as read_scene() does and goes on after errors. Errors of its files of types are
+/// among the others, each with its file; overlaps are searched if there are no other errors.
+[[nodiscard]] Examined examine_scene(const std::string& text, const std::string& file,
+                                     const DataPaths& paths);
+
+/// Whether the text is one of a file of types: it has keys of types, and no others.
+[[nodiscard]] bool has_types_only(const std::string& text, const std::string& file);
+
+/// The errors of a file of types. Gears and pockets that it does not define may be in others.
+[[nodiscard]] std::vector<Error> examine_types(const std::string& text, const std::string& file,
+                                               const DataPaths& paths);
+
+/// The keys of scene files and of files of types, recorded from the readers of this folder.
+[[nodiscard]] yaml::KeySchema scene_keys();
+[[nodiscard]] yaml::KeySchema type_keys();
 
 /// Whether a name from outside can stand in a path without leading elsewhere.
 [[nodiscard]] bool is_plain_name(const std::string& name);
