@@ -45,6 +45,10 @@ bool needs_cell(const AnyCommand& command) {
          !std::holds_alternative<ConformClausesCommand>(command) &&
          !std::holds_alternative<ScenarioListCommand>(command) &&
          !std::holds_alternative<ScenarioCheckCommand>(command) &&
+         !std::holds_alternative<SceneCheckCommand>(command) &&
+         !std::holds_alternative<FileDiffCommand>(command) &&
+         !std::holds_alternative<FileFormatCommand>(command) &&
+         !std::holds_alternative<FileSchemaCommand>(command) &&
          !std::holds_alternative<BatchCommand>(command) &&
          !std::holds_alternative<MergeCommand>(command) &&
          !std::holds_alternative<ReportDiffCommand>(command) &&

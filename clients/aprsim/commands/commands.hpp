@@ -12,6 +12,7 @@
 #include "clients/aprsim/commands/document_commands.hpp"
 #include "clients/aprsim/commands/event_commands.hpp"
 #include "clients/aprsim/commands/fault_commands.hpp"
+#include "clients/aprsim/commands/file_commands.hpp"
 #include "clients/aprsim/commands/incident_commands.hpp"
 #include "clients/aprsim/commands/intruder_commands.hpp"
 #include "clients/aprsim/commands/replay_commands.hpp"
@@ -33,9 +34,10 @@ using AnyCommand = std::variant<
     SpeedCommand, ResetCommand, SaveCommand, LoadCommand, StatesListCommand, StatesDeleteCommand,
     IncidentCommand, IntruderCommand, RunCommand, SceneShowCommand, SceneListCommand,
     SceneTypesCommand, SceneSpawnCommand, SceneMoveCommand, SceneRemoveCommand, SceneSetCommand,
-    FaultListCommand, FaultKindsCommand, FaultInjectCommand, FaultEndCommand, FaultEventCommand,
-    ScenarioListCommand, ScenarioCheckCommand, ScenarioRunCommand, ReplayCommand, BatchCommand,
-    MergeCommand, ReportDiffCommand, TraceDiffCommand, TraceExportCommand, TraceImportCommand,
-    TraceShowCommand, CameraFitCommand, DemoCommand, CompletionCommand, ManualCommand>;
+    SceneCheckCommand, FileDiffCommand, FileFormatCommand, FileSchemaCommand, FaultListCommand,
+    FaultKindsCommand, FaultInjectCommand, FaultEndCommand, FaultEventCommand, ScenarioListCommand,
+    ScenarioCheckCommand, ScenarioRunCommand, ReplayCommand, BatchCommand, MergeCommand,
+    ReportDiffCommand, TraceDiffCommand, TraceExportCommand, TraceImportCommand, TraceShowCommand,
+    CameraFitCommand, DemoCommand, CompletionCommand, ManualCommand>;
 
 }  // namespace aprsim::client

@@ -80,6 +80,13 @@ constexpr std::array kJson{
         "(time_s, placed, orders: a list of name, tray, state, kits, done, parts, parts_wanted); "
         "without --json its last line is report, the table."},
     Entry{
+        "scene check, scenario check",
+        "for each problem file, line, column, severity (error or warning), key, message; for each "
+        "valid scene valid (its file), robots, trays, gears, parts (their numbers)."},
+    Entry{"scene diff, scenario diff",
+          "same, before, after (files), differences (list of change: added, removed, moved or "
+          "changed; key, before, after, unit, and moved_m if it is moved)."},
+    Entry{
         "batch, merge",
         "scenario, description, controller, version, fingerprint, runs, missing (seeds), "
         "as_expected, as_expected_share_95 (confidence interval), measures (by name: unit, "

@@ -12,6 +12,7 @@
 
 #include "clients/aprsim/cli/console.hpp"
 #include "clients/aprsim/commands/batch_commands.hpp"
+#include "clients/aprsim/commands/file_commands.hpp"
 #include "clients/aprsim/commands/option_parsing.hpp"
 #include "clients/aprsim/scenario/report.hpp"
 #include "clients/aprsim/scenario/run_programs.hpp"
@@ -104,15 +105,18 @@ Outcome<void> run_command(const ScenarioListCommand& /*command*/, Console& conso
   return {};
 }
 
-Outcome<void> run_command(const ScenarioCheckCommand& command, Console& console) {
+namespace {
+
+/// Draws a run of a scenario without errors.
+Outcome<void> show_valid_scenario(const std::string& file, std::uint64_t seed, Console& console) {
   const auto paths = scene::default_data_paths();
-  const auto scenario = scenario::load_scenario(command.name, paths);
+  const auto scenario = scenario::load_scenario(file, paths);
   if (!scenario) return tl::unexpected(wrong_file(scenario.error()));
-  const auto plan = scenario::plan(*scenario, command.seed, paths);
+  const auto plan = scenario::plan(*scenario, seed, paths);
   if (!plan) return tl::unexpected(wrong_file(plan.error()));
   unsigned kits = 0;
   for (const auto& order : scenario->orders) kits += order.count;
-  console.show(fmt::format("{} is valid: {} kits, {} faults, at most {} s\n", command.name, kits,
+  console.show(fmt::format("{} is valid: {} kits, {} faults, at most {} s\n", scenario->name, kits,
                            scenario->faults.size(), scenario->stop.time_limit_s),
                {{"name", scenario->name},
                 {"file", scenario->file},
@@ -121,6 +125,14 @@ Outcome<void> run_command(const ScenarioCheckCommand& command, Console& console)
                 {"faults", scenario->faults.size()},
                 {"time_limit_s", scenario->stop.time_limit_s}});
   return {};
+}
+
+}  // namespace
+
+Outcome<void> run_command(const ScenarioCheckCommand& command, Console& console) {
+  return check_files(FileKind::kScenario, command.files, console, [&](const CheckedFile& checked) {
+    return show_valid_scenario(checked.file, command.seed, console);
+  });
 }
 
 namespace {
@@ -237,15 +249,20 @@ void add_scenario_run(CLI::App& scenario, CommandLine& line) {
 }  // namespace
 
 void add_scenario(CLI::App& app, CommandLine& line) {
-  CLI::App* scenario = app.add_subcommand("scenario", "Run and evaluate scenarios");
+  CLI::App* scenario =
+      app.add_subcommand("scenario", "Run and evaluate scenarios, and work with their files");
   scenario->require_subcommand(1);
   auto [list, list_command] = add_command<ScenarioListCommand>(
       *scenario, line, "list", "List the shipped scenarios; needs no daemon");
   offer_json(*list, line);
   auto [check, check_command] = add_command<ScenarioCheckCommand>(
-      *scenario, line, "check", "Check a scenario without running it");
-  add_scenario_name(*check, check_command->name, check_command->seed);
-  offer_json(*check, line);
+      *scenario, line, "check", "Check scenarios without running them; needs no daemon");
+  check->add_option("FILE", check_command->files, "Names from 'scenario list', or files")
+      ->check(not_empty())
+      ->required();
+  check->add_option("--seed", check_command->seed, "Random seed (default 1)")->type_name("N");
+  offer_json(*check, line, "Print one JSON object per problem and per valid scenario");
+  add_file_commands(*scenario, line, FileKind::kScenario);
   add_scenario_run(*scenario, line);
 }
 

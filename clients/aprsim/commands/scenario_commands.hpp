@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "clients/aprsim/commands/command_group.hpp"
 
@@ -11,7 +12,7 @@ namespace aprsim::client {
 
 struct ScenarioListCommand {};
 struct ScenarioCheckCommand {
-  std::string name;  ///< or a file
+  std::vector<std::string> files;  ///< or names
   std::uint64_t seed = 1;
 };
 struct ScenarioRunCommand {

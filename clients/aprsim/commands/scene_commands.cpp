@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "clients/aprsim/cli/console.hpp"
+#include "clients/aprsim/commands/file_commands.hpp"
 #include "clients/aprsim/commands/option_parsing.hpp"
 #include "clients/aprsim/commands/receipt_text.hpp"
 #include "clients/aprsim/text/event_text.hpp"
@@ -119,7 +120,8 @@ Outcome<void> run_command(const SceneSetCommand& command, Console& console) {
 }
 
 void add_scene(CLI::App& app, CommandLine& line) {
-  CLI::App* scene = app.add_subcommand("scene", "Show the scene and change it while it runs");
+  CLI::App* scene =
+      app.add_subcommand("scene", "Show and change the running scene, and work with scene files");
   scene->require_subcommand(1);
   offer_json(*add_command<SceneShowCommand>(*scene, line, "show", "Print the scene as YAML").first,
              line);
@@ -159,6 +161,8 @@ void add_scene(CLI::App& app, CommandLine& line) {
       ->check(not_empty())
       ->required();
   offer_json(*set, line);
+  add_scene_check(*scene, line);
+  add_file_commands(*scene, line, FileKind::kScene);
 }
 
 }  // namespace aprsim::client

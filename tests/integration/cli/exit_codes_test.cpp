@@ -134,8 +134,15 @@ std::vector<Row> every_command() {
           {"fault list", {}},
           {"fault event", {"order-submitted"}},
           {"fault end", {"1"}},
+          {"scene check", {"aprs"}, true},
+          {"scene diff", {"aprs", "aprs"}, true},
+          {"scene format", {"aprs"}, true},
+          {"scene schema", {"--types"}, true},
           {"scenario list", {}, true},
           {"scenario check", {"clean_2017"}, true},
+          {"scenario diff", {"clean_2017", "clean_2017"}, true},
+          {"scenario format", {"clean_2017"}, true},
+          {"scenario schema", {}, true},
           // A controller that does nothing fills no kit.
           {"scenario run", {"cannot_be_done", "--controller", "true"}, true},
           {"trace diff", {trace_files().journal, trace_files().journal}, true},
@@ -249,6 +256,7 @@ TEST(ExitCodes, OneWhenRefused) {
   DaemonProcess daemon({"--speed", "max"});
   const TemporaryDirectory directory;
   const std::string broken = directory.write("broken.xml", "<CRCLProgram></CRCLProgram>");
+  const std::string misspelt = directory.write("misspelt.yaml", "sed:   1\n");
   const std::vector<Arguments> cases = {
       {"step", "2"},  // while it runs
       {"load", "nothing"},
@@ -264,6 +272,10 @@ TEST(ExitCodes, OneWhenRefused) {
       {"crcl", "jog", "--robot", "fanuc", "--init", "--joint", "1", "--by", "100000"},
       {"crcl", "jog", "--robot", "fanuc", "--init", "--axis", "z", "--by", "100000"},
       {"crcl", "validate", broken},
+      {"scene", "check", misspelt},
+      {"scenario", "check", misspelt},
+      {"scene", "diff", "aprs", "aprs_2024"},
+      {"scene", "format", "--check", misspelt},
   };
   for (const auto& arguments : cases) {
     const auto result = run_aprsim(daemon, arguments);
@@ -345,6 +357,14 @@ TEST(ExitCodes, TwoWhenTheArgumentsAreWrong) {
       {"scenario"},
       {"scenario", "check"},
       {"scenario", "check", "clean_1917"},
+      {"scene", "check"},
+      {"scene", "check", "arps"},
+      {"scene", "check", "/no/such.yaml"},
+      {"scene", "diff", "aprs"},
+      {"scene", "diff", "aprs", "arps"},
+      {"scene", "format"},
+      {"scene", "format", "aprs", "--check", "--write"},
+      {"scenario", "schema", "--types"},
       {"scenario", "run", "/no/such.yaml"},
       {"scenario", "run", "clean_2017", "--speed", "0"},
       {"scenario", "run", "clean_2017", "--virtual", "--speed", "2"},
