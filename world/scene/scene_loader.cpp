@@ -8,6 +8,7 @@
 #include "world/base/utf8.hpp"
 #include "world/base/yaml/key_recorder.hpp"
 #include "world/base/yaml/yaml_tree.hpp"
+#include "world/scene/files/scene_overlay.hpp"
 #include "world/scene/overlap_check.hpp"
 #include "world/scene/readers/object_reader.hpp"
 #include "world/scene/readers/piece_reader.hpp"
@@ -26,6 +27,7 @@ constexpr std::array<std::string_view, 5> kTypeKeys = {"pockets", "gear_types", 
 
 /// Enough that each value is read in each of its forms.
 constexpr int kRecordedRuns = 600;
+constexpr std::string_view kBase = "base";
 
 ShippedFiles shipped(const DataPaths& paths) { return {paths.scenes, paths.models}; }
 
@@ -55,9 +57,9 @@ Result<void> merge_types(const std::string& name, const FileScope& scope, Value&
   return {};
 }
 
-/// With the types that it names made its own.
-Result<std::string> whole_text(const std::string& text, const std::string& file,
-                               const FileScope& scope);
+/// With its base and the types that it names made its own.
+Result<Value> whole_tree(const std::string& text, const std::string& file, const FileScope& scope,
+                         const DataPaths& paths, int depth = 0);
 
 /// Calls `change` with the path of each model that the scene names.
 template <typename Change>
@@ -77,10 +79,10 @@ void make_models_absolute(const FileScope& scope, Value& root) {
   });
 }
 
-constexpr std::array<std::string_view, 20> kSceneKeys = {
-    "seed",        "types",   "physics", "pockets", "gear_types", "tray_types",    "part_types",
-    "robot_types", "tools",   "robots",  "cameras", "conveyor",   "light_curtain", "fixed",
-    "fixtures",    "holders", "floor",   "trays",   "gears",      "parts"};
+constexpr std::array<std::string_view, 21> kSceneKeys = {
+    "base",       "seed",        "types",   "physics", "pockets", "gear_types", "tray_types",
+    "part_types", "robot_types", "tools",   "robots",  "cameras", "conveyor",   "light_curtain",
+    "fixed",      "fixtures",    "holders", "floor",   "trays",   "gears",      "parts"};
 
 /// One load: the scene's file, the files of types that it names, and what they hold.
 class Loader {
@@ -90,6 +92,7 @@ class Loader {
   Result<Scene> load(Result<yaml::Document> document, bool check_places = true) {
     if (!document) return tl::unexpected(std::move(document.error()));
     const yaml::Map keys = document->root().map(kSceneKeys);
+    refuse_base(keys[kBase]);
     if (document->error()) return tl::unexpected(*document->error());
     if (auto read = read_type_files(keys["types"]); !read) {
       return tl::unexpected(std::move(read.error()));
@@ -108,6 +111,7 @@ class Loader {
     document->collect_errors();
     Scene scene;
     const yaml::Map keys = document->root().map(kSceneKeys);
+    refuse_base(keys[kBase]);
     const auto read = read_type_files(keys["types"]);
     const bool has_types = std::ranges::none_of(document->errors(), [](const Error& error) {
       return error.field == "types" || error.field.starts_with("types[");
@@ -139,6 +143,10 @@ class Loader {
   }
 
  private:
+  /// Bases are laid under before; texts of journals and edited scenes are whole.
+  static void refuse_base(const yaml::Node& base) {
+    if (base && !base.text().empty()) base.unexpected("a whole scene, which has no base");
+  }
   Result<void> read_type_files(const yaml::Node& node) {
     if (!node) return {};
     const std::vector<yaml::Node> names = node.is_list() ? node.items() : std::vector{node};
@@ -211,12 +219,23 @@ Result<Scene> load_scene(const std::string& name_or_file, const DataPaths& paths
 
 namespace {
 
-Result<Scene> read_whole(const std::string& text, const std::string& file, const FileScope& scope) {
-  auto scene = Loader(file, scope).load(yaml::Document::from_text(text, file));
-  if (!scene) return scene;
-  auto whole = whole_text(text, file, scope);
+/// A scene with a base is read from the whole tree, whose values know their places in both files.
+Result<yaml::Document> document_of(const std::string& text, const std::string& file,
+                                   const FileScope& scope, const DataPaths& paths) {
+  const auto own = yaml::detail::parse(text, file);
+  if (!own || own->find(kBase) == nullptr) return yaml::Document::from_text(text, file);
+  auto whole = whole_tree(text, file, scope, paths);
   if (!whole) return tl::unexpected(std::move(whole.error()));
-  scene->text = *std::move(whole);
+  return yaml::Document::from_tree(*std::move(whole));
+}
+
+Result<Scene> read_whole(const std::string& text, const std::string& file, const FileScope& scope,
+                         const DataPaths& paths) {
+  auto scene = Loader(file, scope).load(document_of(text, file, scope, paths));
+  if (!scene) return scene;
+  const auto whole = whole_tree(text, file, scope, paths);
+  if (!whole) return tl::unexpected(whole.error());
+  scene->text = yaml::detail::write(*whole);
   return scene;
 }
 
@@ -243,7 +262,7 @@ Result<Scene> of_text(Result<Scene> scene, const std::string& file) {
 }  // namespace
 
 Result<Scene> read_scene(const std::string& text, const std::string& file, const DataPaths& paths) {
-  return read_whole(text, file, FileScope(file, shipped(paths)));
+  return read_whole(text, file, FileScope(file, shipped(paths)), paths);
 }
 
 bool has_types_only(const std::string& text, const std::string& file) {
@@ -256,10 +275,10 @@ bool has_types_only(const std::string& text, const std::string& file) {
 
 Examined examine_scene(const std::string& text, const std::string& file, const DataPaths& paths) {
   const FileScope scope(file, shipped(paths));
-  Examined out = Loader(file, scope).examine(yaml::Document::from_text(text, file));
+  Examined out = Loader(file, scope).examine(document_of(text, file, scope, paths));
   if (!out.scene) return out;
-  auto whole = whole_text(text, file, scope);
-  if (whole) out.scene->text = *std::move(whole);
+  const auto whole = whole_tree(text, file, scope, paths);
+  if (whole) out.scene->text = yaml::detail::write(*whole);
   return out;
 }
 
@@ -290,7 +309,8 @@ yaml::KeySchema type_keys() {
 
 Result<Scene> read_sent(const std::string& text, const std::string& file, const DataPaths& paths,
                         KnownFiles known) {
-  return of_text(read_whole(text, file, FileScope(file, shipped(paths), std::move(known))), file);
+  return of_text(read_whole(text, file, FileScope(file, shipped(paths), std::move(known)), paths),
+                 file);
 }
 
 Result<Scene> read_edited(const std::string& text, const std::string& file,
@@ -312,7 +332,9 @@ bool is_plain_name(const std::string& name) {
 Result<std::string> self_contained(const std::string& file, const DataPaths& paths) {
   auto text = yaml::read_text(file);
   if (!text) return tl::unexpected(std::move(text.error()));
-  return whole_text(*text, file, FileScope(file, shipped(paths)));
+  const auto whole = whole_tree(*text, file, FileScope(file, shipped(paths)), paths);
+  if (!whole) return tl::unexpected(whole.error());
+  return yaml::detail::write(*whole);
 }
 
 Result<std::string> portable_text(const std::string& text, const std::string& file) {
@@ -324,8 +346,30 @@ Result<std::string> portable_text(const std::string& text, const std::string& fi
 
 namespace {
 
-Result<std::string> whole_text(const std::string& text, const std::string& file,
-                               const FileScope& scope) {
+/// The tree of the scene that `name` in `file` stands for.
+Result<Value> base_tree(const yaml::detail::Entry& entry, const FileScope& scope,
+                        const DataPaths& paths, int depth) {
+  constexpr int kMostBases = 8;
+  const std::string& name = entry.value.scalar;
+  const std::string at = entry.value.mark.text() + ": base: ";
+  if (depth == kMostBases) {
+    return fail(ErrorCode::kInvalidArgument, "base",
+                at + "found \"" + name + "\", expected at most " + std::to_string(kMostBases) +
+                    " scenes, one the base of the next");
+  }
+  const bool is_file = name.ends_with(".yaml") || name.ends_with(".yml");
+  const std::string file = scope.find_types(is_file ? name : name + ".yaml");
+  if (entry.value.kind != Value::Kind::kScalar || file.empty()) {
+    return fail(ErrorCode::kNotFound, "base",
+                at + "found \"" + name + "\", expected the name of a scene or a scene's file");
+  }
+  auto text = yaml::read_text(file);
+  if (!text) return tl::unexpected(std::move(text.error()));
+  return whole_tree(*text, file, FileScope(file, shipped(paths)), paths, depth + 1);
+}
+
+Result<Value> whole_tree(const std::string& text, const std::string& file, const FileScope& scope,
+                         const DataPaths& paths, int depth) {
   auto root = yaml::detail::parse(text, file);
   if (!root) return tl::unexpected(std::move(root.error()));
   const yaml::detail::Entry* types = root->find("types");
@@ -341,7 +385,13 @@ Result<std::string> whole_text(const std::string& text, const std::string& file,
     std::erase_if(root->entries, [](const auto& entry) { return entry.key == "types"; });
   }
   make_models_absolute(scope, *root);
-  return yaml::detail::write(*root);
+  const yaml::detail::Entry* base = root->find(kBase);
+  if (base == nullptr) return root;
+  auto whole = base_tree(*base, scope, paths, depth);
+  if (!whole) return whole;
+  std::erase_if(root->entries, [](const auto& entry) { return entry.key == kBase; });
+  lay_over(*whole, *std::move(root));
+  return whole;
 }
 
 }  // namespace

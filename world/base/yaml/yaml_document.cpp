@@ -84,6 +84,8 @@ Document Document::recorded(KeyRecorder& recorder) {
   return document;
 }
 
+Document Document::from_tree(Value root) { return Document(std::move(root)); }
+
 Node Document::root() const { return {context_.get(), &context_->root, &context_->root, ""}; }
 
 const std::optional<Error>& Document::error() const { return context_->error; }

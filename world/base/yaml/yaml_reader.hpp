@@ -147,6 +147,8 @@ class Document {
   /// A document in which each run of `recorder` finds other keys; see key_recorder.hpp. It never
   /// has an error.
   [[nodiscard]] static Document recorded(KeyRecorder& recorder);
+  /// A document that was parsed before, and maybe changed.
+  [[nodiscard]] static Document from_tree(detail::Value root);
   ~Document();
   Document(Document&&) noexcept;
   Document& operator=(Document&&) noexcept;
