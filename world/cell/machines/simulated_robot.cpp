@@ -39,6 +39,8 @@ SimulatedRobot::SimulatedRobot(const scene::Scene& scene, std::size_t index,
       controller_(controller_setup_of(
           scene.robots[index], model, ik_, scene.physics, tools_, start_tool_,
           {.prefetcher = prefetcher, .surroundings = surroundings, .index = index})),
+      force_sensor_(scene.robots[index].force_sensor, scene.seed + index),
+      guard_delay_(std::llround(scene.robots[index].guard_delay_s * 1e9)),
       step_size_(std::llround(scene.physics.step_s * 1e9)),
       X_WL_(model.links.size()),
       state_{.mount = ToolMount(start_tool_, Eigen::Isometry3d::Identity())} {
@@ -152,9 +154,9 @@ void SimulatedRobot::step(const physics::GripperState& gripper,
 /// Against the state at the end of the last step.
 void SimulatedRobot::check_guards(const physics::GripperState& gripper,
                                   std::span<const physics::ArmForce> forces) {
-  if (!state_.guards.active()) return;
+  if (!state_.guards.active() && !state_.guards.reaction_due()) return;
   write(gripper, forces, guard_input_);
-  robot::check_guards(state_.guards, controller_, guard_input_, state_.now);
+  robot::check_guards(state_.guards, controller_, guard_input_, state_.now, guard_delay_);
 }
 
 /// The tool changer has locked or released a tool.
@@ -219,7 +221,7 @@ void SimulatedRobot::write(const physics::GripperState& gripper,
   write_motion(arm_, X_BR_, controller_.X_FT(), out);
   out.X_WT = Pose::from(X_WT());
   const ToolWrench wrench = tool_wrench(forces);
-  out.force_T_R = wrench.force_R;
+  out.force_T_R = force_sensor_.reading(wrench.force_R, out.X_RT.q, state_.now);
   out.torque_T_R = wrench.torque_R;
   out.gripper = gripper_readings(gripper, controller_.gripper_setting(), set_gripper_force_n());
   write_controller(controller_, out);

@@ -11,6 +11,7 @@
 #include "world/api/snapshot/robot_snapshot.hpp"
 #include "world/cell/robot/contact_loads.hpp"
 #include "world/cell/robot/flange_tools.hpp"
+#include "world/cell/robot/force_sensor.hpp"
 #include "world/cell/robot/joint_errors.hpp"
 #include "world/cell/robot/tool_mount.hpp"
 #include "world/faults/robot_faults.hpp"
@@ -157,6 +158,8 @@ class SimulatedRobot {
   std::shared_ptr<const robot::InverseKinematics> ik_;
   robot::RobotController controller_;
   api::RobotSnapshot guard_input_;  ///< the state that guards are checked against
+  ForceSensor force_sensor_;
+  SimTime guard_delay_;
   SimTime step_size_;
   std::vector<Eigen::Isometry3d> X_WL_;
   Own state_;

@@ -17,6 +17,8 @@ GripperBodies::GripperBodies(const scene::Gripper& gripper, const scene::Physics
                              const GripperParts& open)
     : palm_stiffness_n_m_(gripper.palm_stiffness_n_m),
       palm_damping_ns_m_(gripper.palm_damping_ns_m),
+      relaxation_(gripper.palm_relaxation),
+      relaxation_s_(gripper.palm_relaxation_s),
       gravity_W_(0, 0, -physics.gravity_m_s2) {
   joints_.fingers = !gripper.cup;
   joints_.linkage = joints_.fingers && gripper.law == scene::GripperLaw::kLinkage;
@@ -75,6 +77,7 @@ std::array<FingerMotion, 2> GripperBodies::finger_motion() const {
 }
 
 void GripperBodies::follow(const GripperParts& parts, const MountMotion& mount) {
+  relaxed_S_.setZero();
   for (std::size_t i = 0; i < all().size(); ++i) {
     const Eigen::Isometry3d& X_WS = parts.part(static_cast<int>(i)).X_WS;
     bodies_[i].set_orientation(Eigen::Matrix3d(X_WS.linear()));
@@ -88,6 +91,7 @@ void GripperBodies::follow(const GripperParts& parts, const MountMotion& mount) 
 /// acceleration; along the rails the fingers' inertia and weight load the pistons.
 void GripperBodies::begin_step(const GripperParts& parts, const MountMotion& mount,
                                const Vector3d& omega_before_W) {
+  relax(parts, mount);
   for (std::size_t i = 0; i < all().size(); ++i) {
     RigidBody& body = bodies_[i];
     const int part = static_cast<int>(i);
@@ -106,6 +110,15 @@ void GripperBodies::begin_step(const GripperParts& parts, const MountMotion& mou
   }
 }
 
+/// A Maxwell element beside the spring: the mount's rest position approaches a share of the palm's
+/// deflection, so that the force at a held deflection falls from k d to (1 - share) k d.
+void GripperBodies::relax(const GripperParts& parts, const MountMotion& mount) {
+  if (relaxation_ == 0) return;
+  const Eigen::Isometry3d X_WS = parts.palm_at(mount.X_WT);
+  const Vector3d deflection_S = X_WS.linear().transpose() * (bodies_[0].p_W() - X_WS.translation());
+  relaxed_S_ += std::min(1.0, step_s_ / relaxation_s_) * (relaxation_ * deflection_S - relaxed_S_);
+}
+
 void GripperBodies::add_to(Engine& engine, const GripperParts& parts, const MountMotion& mount,
                            const std::array<FingerMotion, 2>& motion,
                            const std::array<FingerDrive, 2>& drives) {
@@ -122,7 +135,9 @@ void GripperBodies::add_to(Engine& engine, const GripperParts& parts, const Moun
 void GripperBodies::place_carriage(const GripperParts& parts, const MountMotion& mount) {
   const Eigen::Isometry3d X_WS = parts.palm_at(mount.X_WT);
   carriage_.set_orientation(Eigen::Matrix3d(X_WS.linear()));
-  carriage_.set_position(X_WS.translation());
+  // Unchanged bits without relaxation: x + 0 would turn -0 into 0.
+  carriage_.set_position(relaxation_ == 0 ? Vector3d(X_WS.translation())
+                                          : Vector3d(X_WS * relaxed_S_));
   carriage_.set_velocity(mount.velocity_at(X_WS.translation(), step_s_), mount.omega_W);
 }
 
@@ -140,12 +155,14 @@ GripperBodies::State GripperBodies::save() const {
   State state;
   save(state.solved);
   state.carried_v_W = carried_v_W_;
+  state.relaxed_S = relaxed_S_;
   return state;
 }
 
 void GripperBodies::restore(const State& state) {
   restore(state.solved);
   carried_v_W_ = state.carried_v_W;
+  relaxed_S_ = state.relaxed_S;
 }
 
 }  // namespace aprsim::physics

@@ -69,12 +69,13 @@ class GripperBodies {
   struct State {
     Solved solved;
     std::array<Eigen::Vector3d, 4> carried_v_W;
+    Eigen::Vector3d relaxed_S = Eigen::Vector3d::Zero();
 
     /// See world/archive/archive.hpp.
     template <typename Self, typename Io>
     static void fields(Self& self, Io& io) {
-      auto& [solved, carried_v_W] = self;
-      io(solved, carried_v_W);
+      auto& [solved, carried_v_W, relaxed_S] = self;
+      io(solved, carried_v_W, relaxed_S);
     }
   };
   [[nodiscard]] State save() const;
@@ -83,6 +84,7 @@ class GripperBodies {
  private:
   void make_rail(std::size_t i, const GripperParts& open);
   void make_linkage(const GripperParts& open);
+  void relax(const GripperParts& parts, const MountMotion& mount);
   void place_carriage(const GripperParts& parts, const MountMotion& mount);
   [[nodiscard]] std::span<RigidBody> moved() { return {bodies_.data(), joints_.body_count()}; }
   [[nodiscard]] std::size_t index(int part) const {
@@ -91,6 +93,9 @@ class GripperBodies {
 
   GripperJoints joints_;
   double step_s_ = 0, palm_stiffness_n_m_, palm_damping_ns_m_;
+  double relaxation_, relaxation_s_;
+  // rest position of the mount's spring, in the frame of the undeflected palm
+  Eigen::Vector3d relaxed_S_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d gravity_W_;
   std::array<RigidBody, 4> bodies_;
   RigidBody carriage_;

@@ -30,13 +30,20 @@ void GuardMonitor::begin(api::Ticket ticket, std::span<const api::Guard> guards)
   active_ = true;
   triggered_ = started_ = false;
   triggered_at_.reset();
+  reaction_at_.reset();
   std::copy_n(guards.begin(), count, guards_.begin());
   state_.ticket = ticket;
   state_.count = count;
   state_.guards = {};
 }
 
-std::optional<std::size_t> GuardMonitor::check(const api::RobotSnapshot& robot, SimTime now) {
+std::optional<std::size_t> GuardMonitor::check(const api::RobotSnapshot& robot, SimTime now,
+                                               SimTime delay) {
+  if (reaction_at_) {
+    if (now < *reaction_at_) return std::nullopt;
+    reaction_at_.reset();
+    return state_.trigger_guard;
+  }
   if (!active_) return std::nullopt;
   for (std::size_t i = 0; i < state_.count; ++i) {
     const api::Guard& guard = guards_[i];
@@ -59,7 +66,9 @@ std::optional<std::size_t> GuardMonitor::check(const api::RobotSnapshot& robot, 
     state_.trigger_guard = i;
     state_.trigger_value = value;
     state_.trigger_X_RT = robot.X_RT;
-    return i;
+    if (delay <= SimTime::zero()) return i;
+    reaction_at_ = now + delay;
+    return std::nullopt;
   }
   started_ = true;
   return std::nullopt;

@@ -20,19 +20,23 @@ class GuardMonitor {
   void reset() {
     active_ = triggered_ = false;
     triggered_at_.reset();
+    reaction_at_.reset();
   }
   /// The command is over; state() stays readable.
   void end() { active_ = false; }
 
   /// Checks the guards that are due; the first call after begin() checks all of them and samples
-  /// the values that increases are measured from. Returns the guard that triggers, after which the
-  /// monitor is inactive. `robot` is the state at `now`.
-  [[nodiscard]] std::optional<std::size_t> check(const api::RobotSnapshot& robot, SimTime now);
+  /// the values that increases are measured from. Returns the guard that triggers, `delay` after
+  /// its trigger. The monitor is inactive from the trigger on. `robot` is the state at `now`.
+  [[nodiscard]] std::optional<std::size_t> check(const api::RobotSnapshot& robot, SimTime now,
+                                                 SimTime delay = SimTime::zero());
 
   /// The robot has come to rest at `now`: the end of a trigger's stop time.
   void at_rest(SimTime now);
 
   [[nodiscard]] bool active() const { return active_; }
+  /// A guard has triggered, and its reaction is still to come.
+  [[nodiscard]] bool reaction_due() const { return reaction_at_.has_value(); }
   /// A trigger whose stop has not ended yet.
   [[nodiscard]] bool stopping() const { return triggered_at_.has_value(); }
   [[nodiscard]] const api::Guard& guard(std::size_t index) const { return guards_[index]; }
@@ -43,8 +47,8 @@ class GuardMonitor {
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
-    auto& [guards, start, due, active, triggered, started, triggered_at, state] = self;
-    io(guards, start, due, active, triggered, started, triggered_at, state);
+    auto& [guards, start, due, active, triggered, started, triggered_at, reaction_at, state] = self;
+    io(guards, start, due, active, triggered, started, triggered_at, reaction_at, state);
     io.require(state.count <= api::kMaxGuards && state.trigger_guard < api::kMaxGuards,
                "more guards than a command has");
   }
@@ -55,6 +59,7 @@ class GuardMonitor {
   std::array<SimTime, api::kMaxGuards> due_{};   // next check
   bool active_ = false, triggered_ = false, started_ = false;
   std::optional<SimTime> triggered_at_;
+  std::optional<SimTime> reaction_at_;  // of a trigger whose delay has not passed
   api::GuardsSnapshot state_;
 };
 

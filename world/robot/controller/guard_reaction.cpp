@@ -15,8 +15,8 @@ std::string number(double value) {
 }  // namespace
 
 void check_guards(GuardMonitor& guards, RobotController& controller,
-                  const api::RobotSnapshot& robot, SimTime now) {
-  const auto triggered = guards.check(robot, now);
+                  const api::RobotSnapshot& robot, SimTime now, SimTime delay) {
+  const auto triggered = guards.check(robot, now, delay);
   if (!triggered) return;
   const api::ActionStatus& status = controller.status();
   // A guard of a command that is over stops the motion but ends nothing.

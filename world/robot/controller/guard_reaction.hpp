@@ -7,9 +7,9 @@
 namespace aprsim::robot {
 
 /// Checks the guards against the state at the end of the last step. One that triggers stops the
-/// motion.
+/// motion `delay` later.
 void check_guards(GuardMonitor& guards, RobotController& controller,
-                  const api::RobotSnapshot& robot, SimTime now);
+                  const api::RobotSnapshot& robot, SimTime now, SimTime delay);
 
 /// Ends the monitoring of a command that is over. An error if its trigger was required and not
 /// seen. Called after the controller's step, so that such a command is never reported as done.

@@ -7,6 +7,7 @@
 #include "world/api/values/planning_mode.hpp"
 #include "world/api/values/pose.hpp"
 #include "world/api/values/wire_joint.hpp"
+#include "world/scene/model/force_sensor.hpp"
 #include "world/scene/model/servers.hpp"
 #include "world/scene/model/vision.hpp"
 
@@ -60,6 +61,8 @@ struct Gripper {
                                                         ///< towards the part is pad_height above
                                                         ///< the finger tips
   double palm_stiffness_n_m = 5e3, palm_damping_ns_m = 200;
+  /// Share of the mount's force at a held deflection that relaxes, and its time constant.
+  double palm_relaxation = 0, palm_relaxation_s = 1;
   double pad_friction = 0.8;
   /// With one there are no fingers: pad_height_m is the cup's length, pad_friction its lip's.
   std::optional<VacuumCup> cup;
@@ -94,6 +97,8 @@ struct Robot {
   double clearance_m = 0.01;  ///< that planned moves keep from what stands around
   double max_trans_speed_m_s = 1.5, max_trans_accel_m_s2 = 5;
   double max_rot_speed_rad_s = 6, max_rot_accel_rad_s2 = 30;
+  double guard_delay_s = 0;  ///< from a guard's trigger until the stop begins
+  ForceSensor force_sensor;
   Gripper gripper;
   ToolChanger changer;
   /// Name of the scene's tool that is on the flange at the start, empty = nothing is; none = the

@@ -28,6 +28,7 @@ constexpr std::size_t kMaxGripperNames = 8;
 
 constexpr yaml::Range kMostResistanceMm = {.min = 0, .max = 10};
 constexpr std::size_t kMaxTools = 16;
+constexpr double kMaxGuardDelay_s = 1;
 constexpr double kSeatTolerance = 1e-3;  // [m] of a tool over the bars of its holder
 constexpr const char* kNoTool = "none";
 
@@ -62,7 +63,8 @@ class ObjectReader {
     const yaml::Map keys =
         node.map({"name", "type", "base", "crcl_frame", "crcl_tool_point", "crcl_joints",
                   "crcl_out_of_range", "gripper_names", "home_deg", "self_collision", "planning",
-                  "clearance_m", "tool_changer", "tool", "vision", "servers"});
+                  "clearance_m", "guard_delay_s", "force_sensor", "tool_changer", "tool", "vision",
+                  "servers"});
     Robot robot;
     if (const Robot* type = read_reference(keys["type"], "robot type", types_.robots)) {
       robot = *type;
@@ -95,6 +97,8 @@ class ObjectReader {
       robot.planning = static_cast<api::PlanningMode>(mode.word({"direct", "check", "avoid"}));
     }
     robot.clearance_m = keys["clearance_m"].number_or(robot.clearance_m, yaml::between(0, 0.2));
+    robot.guard_delay_s = keys["guard_delay_s"].number_or(0, yaml::between(0, kMaxGuardDelay_s));
+    robot.force_sensor = read_force_sensor(keys["force_sensor"]);
     robot.changer = read_tool_changer(keys["tool_changer"]);
     mount(keys["tool"], robot);
     robot.vision = read_vision(keys["vision"]);

@@ -80,6 +80,21 @@ ToolChanger read_tool_changer(const yaml::Node& node) {
   return changer;
 }
 
+ForceSensor read_force_sensor(const yaml::Node& node) {
+  constexpr double kMost_n = 1e4, kMostDrift_n_s = 100, kMostNoise_n = 100;
+  ForceSensor sensor;
+  if (!node) return sensor;
+  const yaml::Map keys = node.map({"bias_n", "drift_n_s", "noise_n"});
+  if (const yaml::Node bias = keys["bias_n"]) {
+    sensor.bias_n = read_xyz(bias, yaml::between(-kMost_n, kMost_n));
+  }
+  if (const yaml::Node drift = keys["drift_n_s"]) {
+    sensor.drift_n_s = read_xyz(drift, yaml::between(-kMostDrift_n_s, kMostDrift_n_s));
+  }
+  sensor.noise_n = keys["noise_n"].number_or(0, yaml::between(0, kMostNoise_n));
+  return sensor;
+}
+
 Holder read_holder(const yaml::Map& keys, const std::string& name) {
   Holder holder;
   holder.name = name;

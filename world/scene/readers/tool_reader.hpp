@@ -6,7 +6,7 @@
 #include "world/base/yaml/yaml_reader.hpp"
 #include "world/scene/model/scene.hpp"
 
-/// Tools, tool changers and holders of a scene file.
+/// Tools, tool changers, force sensors and holders of a scene file.
 namespace aprsim::scene {
 
 /// A fork of two bars on which the palm of a tool rests.
@@ -23,6 +23,9 @@ inline constexpr std::array<std::string_view, 5> kToolKeys = {"name", "kind", "g
                                                               "tool_point"};
 
 [[nodiscard]] ToolChanger read_tool_changer(const yaml::Node& node);
+
+/// Without errors where the key is absent.
+[[nodiscard]] ForceSensor read_force_sensor(const yaml::Node& node);
 
 [[nodiscard]] Holder read_holder(const yaml::Map& keys, const std::string& name);
 inline constexpr std::array<std::string_view, 8> kHolderKeys = {

@@ -13,6 +13,7 @@ namespace {
 using yaml::kNotNegative;
 using yaml::kPositive;
 
+constexpr double kMaxRelaxation = 0.95, kLeastRelaxation_s = 0.01;
 constexpr yaml::Range kAcute{.min = 0, .max = 90, .open_min = true, .open_max = true};
 
 /// True if the name is free; else an error.
@@ -261,6 +262,7 @@ Gripper read_gripper(const yaml::Node& node) {
                                    "palm_size_m",
                                    "palm_stiffness_n_m",
                                    "palm_damping_ns_m",
+                                   "palm_relaxation",
                                    "pad_friction"});
   Gripper gripper;
   constexpr GripperLaw kLaws[] = {GripperLaw::kLinkage, GripperLaw::kCoupled, GripperLaw::kMimicPid,
@@ -286,6 +288,11 @@ Gripper read_gripper(const yaml::Node& node) {
       keys["palm_stiffness_n_m"].number_or(gripper.palm_stiffness_n_m, kPositive);
   gripper.palm_damping_ns_m =
       keys["palm_damping_ns_m"].number_or(gripper.palm_damping_ns_m, kNotNegative);
+  if (const yaml::Node relaxation = keys["palm_relaxation"]) {
+    const yaml::Map parts = relaxation.map({"share", "time_s"});
+    gripper.palm_relaxation = parts["share"].number(yaml::between(0, kMaxRelaxation));
+    gripper.palm_relaxation_s = parts["time_s"].number(yaml::between(kLeastRelaxation_s, 3600));
+  }
   gripper.pad_friction = keys["pad_friction"].number_or(gripper.pad_friction, kNotNegative);
   return gripper;
 }

@@ -39,6 +39,33 @@ class Monitor : public testing::Test {
   SimTime now_ = milliseconds(100);
 };
 
+TEST_F(Monitor, ReactsAfterItsDelay) {
+  const api::Guard only[] = {guard(GuardLimit::kIncreased, 2)};
+  monitor_.begin(1, only);
+  const auto at = [this](int ms, double fz) {
+    robot_.force_T_R.z() = fz;
+    return monitor_.check(robot_, milliseconds(ms), milliseconds(30));
+  };
+  EXPECT_FALSE(at(0, 5));
+  EXPECT_FALSE(monitor_.reaction_due());
+  EXPECT_FALSE(at(1, 8));
+  EXPECT_FALSE(monitor_.active());
+  EXPECT_EQ(monitor_.state().triggers, 1U);
+  // Neither a later value nor the end of the condition changes the reaction.
+  for (int ms = 2; ms < 31; ++ms) EXPECT_FALSE(at(ms, 5)) << ms;
+  EXPECT_TRUE(monitor_.reaction_due());
+  EXPECT_EQ(at(31, 5), 0U);
+  EXPECT_FALSE(monitor_.reaction_due());
+  EXPECT_FALSE(at(32, 9));
+  // The next command does not inherit it.
+  monitor_.begin(2, only);
+  EXPECT_FALSE(at(40, 5));
+  EXPECT_FALSE(at(41, 8));
+  monitor_.begin(3, only);
+  EXPECT_FALSE(monitor_.reaction_due());
+  for (int ms = 50; ms < 100; ++ms) EXPECT_FALSE(at(ms, 5)) << ms;
+}
+
 TEST_F(Monitor, EachLimitTriggersBeyondItsValueOnly) {
   struct Case {
     GuardLimit limit;
