@@ -55,6 +55,7 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
   "python3 (>= 3.11), python3-grpcio, python3-numpy, python3-protobuf")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-scipy, python3-yaml")
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "Python package for the simulated robot cell aprsim
 It reads and commands a running cell, and offers environments for learning.")
 

@@ -1,15 +1,10 @@
 #include "clients/aprsim/commands/camera_commands.hpp"
 
-#include <cerrno>
-#include <cstdlib>
-#include <cstring>
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
 
 #include "clients/aprsim/cli/console.hpp"
+#include "clients/aprsim/cli/python_program.hpp"
 #include "clients/aprsim/commands/option_parsing.hpp"
-#include "world/base/process/own_programs.hpp"
 
 namespace aprsim::client {
 namespace {
@@ -34,20 +29,11 @@ CLI::Option* pass_on(CLI::App& app, const std::shared_ptr<CameraFitCommand>& com
 }  // namespace
 
 Outcome<void> run_command(const CameraFitCommand& command, Console& /*console*/) {
-  std::vector<std::string> words = {"python3", "-m", "aprsim.camera_fit"};
+  std::vector<std::string> words = {"aprsim.camera_fit"};
   words.insert(words.end(), command.options.begin(), command.options.end());
   words.push_back("--");
   words.push_back(command.map);
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  if (const std::string package = process::python_packages(); !package.empty()) {
-    const char* const other = std::getenv("PYTHONPATH");
-    ::setenv("PYTHONPATH", (other != nullptr ? package + ":" + other : package).c_str(), 1);
-  }
-  ::execvp(arguments.front(), arguments.data());
-  return failed(FailureKind::kUsage,
-                "python3 cannot be started: " + std::string(std::strerror(errno)));
+  return become_python(words);
 }
 
 void add_camera(CLI::App& app, CommandLine& line) {

@@ -94,6 +94,7 @@ void add_all(CLI::App& app, CommandLine& line) {
   add_scenario(app, line);
   add_trace(app, line);
   add_batch(app, line);
+  add_calibration(app, line);
   add_documents(app, line);
 }
 

@@ -3,6 +3,7 @@
 #include <variant>
 
 #include "clients/aprsim/commands/batch_commands.hpp"
+#include "clients/aprsim/commands/calibration_commands.hpp"
 #include "clients/aprsim/commands/camera_commands.hpp"
 #include "clients/aprsim/commands/conform_commands.hpp"
 #include "clients/aprsim/commands/conveyor_commands.hpp"
@@ -38,6 +39,7 @@ using AnyCommand = std::variant<
     FaultKindsCommand, FaultInjectCommand, FaultEndCommand, FaultEventCommand, ScenarioListCommand,
     ScenarioCheckCommand, ScenarioRunCommand, ReplayCommand, BatchCommand, MergeCommand,
     ReportDiffCommand, TraceDiffCommand, TraceExportCommand, TraceImportCommand, TraceShowCommand,
-    CameraFitCommand, DemoCommand, CompletionCommand, ManualCommand>;
+    CameraFitCommand, CalibrateCommand, CompareCommand, DemoCommand, CompletionCommand,
+    ManualCommand>;
 
 }  // namespace aprsim::client

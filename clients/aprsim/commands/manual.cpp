@@ -102,6 +102,12 @@ constexpr std::array kJson{
         "report diff",
         "runs_before, runs_after, paired, pairs, level, worse, outcomes (list of outcome, before, "
         "after, p, p_adjusted, change: better, worse, different or empty)."},
+    Entry{"calibrate",
+          "scene, estimates (list of name, value, low, high: the 95 % interval, unit, key of the "
+          "scene or null, scene_value or null, told, why_not or null, samples), notes."},
+    Entry{"compare",
+          "scene, differences (list of part, quantity, unit, limit, rms, most, at_s, samples), "
+          "parameters (as the estimates of calibrate), beyond (list of texts), notes."},
     Entry{
         "trace diff",
         "same, a and b (place, run_id, scene, version), tolerance (by name), first (null or a "

@@ -154,6 +154,8 @@ std::vector<Row> every_command() {
           {"report diff", {place("batch"), place("merged")}, true},
           {"demo", {"--robot", "fanuc"}},
           {"camera fit", {"--help"}, true},
+          {"calibrate", {"--help"}, true},
+          {"compare", {"--help"}, true},
           {"completion", {"bash"}, true},
           {"manual", {}, true}};
 }

@@ -124,6 +124,8 @@ constexpr TestedElsewhere kTestedElsewhere[] = {
     {"aprsimd --scene workbench.yaml", "tests/integration/cli/readme_test.cpp", "kDaemon"},
     {"clients/kitting/kitting", "tests/integration/kitting/test_cell.py", "whole jobs"},
     {"aprsim camera fit", "tests/integration/python/test_camera_fit.py", "\"camera\", \"fit\""},
+    {"aprsim calibrate", "tests/integration/python/test_calibration.py", "\"calibrate\""},
+    {"aprsim compare", "tests/integration/python/test_calibration.py", "\"compare\""},
     {"python3 -m venv", "tests/integration/python/test_install.py", "python3 -m venv"},
     {"python3 -m aprsim.datasets", "tests/integration/python/test_datasets.py",
      "python3 -m aprsim.datasets "},
