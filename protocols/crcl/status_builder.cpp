@@ -49,6 +49,7 @@ std::string configuration(const api::Posture& posture, int joint_count, const Jo
            (posture.elbow > 0 ? ", elbow up" : ", elbow down") +
            (posture.wrist > 0 ? ", no flip" : ", flip");
   }
+  if (joint_count < 6) return posture.elbow > 0 ? "elbow +" : "elbow -";
   // The second, fourth and sixth joint of the arm.
   const auto side = [&](int arm_joint, int value) {
     const int number = joints.number_of(arm_joint);

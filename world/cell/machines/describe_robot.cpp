@@ -1,6 +1,7 @@
 #include "world/cell/machines/describe_robot.hpp"
 
 #include "world/cell/machines/describe_gripper.hpp"
+#include "world/robot/model/joint_rotation.hpp"
 #include "world/scene/model/tool.hpp"
 
 namespace aprsim::world {
@@ -9,11 +10,17 @@ namespace {
 /// Bound of the tool point's distance from axis 1 at the height of axis 2: the sum of the lengths
 /// from the second joint on, and the radius of the circle on which the first joint moves that one.
 double reach_of(const robot::ArmModel& model, const Eigen::Isometry3d& X_FT) {
-  double reach = X_FT.translation().norm();
+  double reach = X_FT.translation().norm() + robot::flange_offset(model);
   for (std::size_t i = 2; i < model.joints.size(); ++i) {
-    reach += model.joints[i].X_PJ.translation().norm();
+    reach += robot::longest_offset(model.joints[i]);
   }
   return reach + model.joints[1].X_PJ.translation().head<2>().norm();
+}
+
+/// Whether the first joint turns about z and the second one turns, as that bound takes it.
+bool turns_upright(const robot::ArmModel& model) {
+  const robot::Joint& first = model.joints[0];
+  return !first.prismatic && !model.joints[1].prismatic && first.axis.head<2>().norm() < 1e-9;
 }
 
 /// A box about the point on axis 1 at the height of axis 2.
@@ -21,10 +28,16 @@ void describe_reach(const scene::Robot& robot, const robot::ArmModel& model,
                     api::RobotDescription& out) {
   const Eigen::Isometry3d X_RB = robot.X_BR.isometry().inverse();
   const auto& joints = model.joints;
-  const Eigen::Vector3d centre_B(joints[0].X_PJ.translation() +
-                                 joints[1].X_PJ.translation().z() * Eigen::Vector3d::UnitZ());
-  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(
-      reach_of(model, robot.tool_point_F.value_or(robot.X_FT).isometry()));
+  Eigen::Vector3d centre_B = joints[0].X_PJ.translation();
+  double distance = reach_of(model, robot.tool_point_F.value_or(robot.X_FT).isometry());
+  if (turns_upright(model)) {
+    const Eigen::Vector3d upwards = joints[0].X_PJ.linear() * Eigen::Vector3d::UnitZ();
+    centre_B += joints[1].X_PJ.translation().z() * upwards;
+  } else {
+    distance += robot::longest_offset(joints[0]) - joints[0].X_PJ.translation().norm() +
+                robot::longest_offset(joints[1]);
+  }
+  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(distance);
   out.reach_min_R = X_RB * centre_B - reach;
   out.reach_max_R = X_RB * centre_B + reach;
 }

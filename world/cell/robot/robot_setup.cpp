@@ -1,8 +1,11 @@
 #include "world/cell/robot/robot_setup.hpp"
 
+#include <numbers>
 #include <stdexcept>
 #include <string>
 #include <utility>
+
+#include "world/robot/kinematics/choice/make_inverse_kinematics.hpp"
 
 namespace aprsim::world {
 namespace {
@@ -24,7 +27,13 @@ robot::JointVector home_of(const scene::Robot& robot, const robot::ArmModel& mod
                              std::to_string(robot.home_rad.size()) + " values, the model " +
                              std::to_string(model.dof()) + " joints");
   }
-  return Eigen::Map<const Eigen::VectorXd>(robot.home_rad.data(), model.dof());
+  robot::JointVector home = Eigen::Map<const Eigen::VectorXd>(robot.home_rad.data(), model.dof());
+  // The scene counts prismatic joints in millimetres, where others have degrees.
+  constexpr double kMetresPerRadian = 180 / std::numbers::pi / 1000;
+  for (int i = 0; i < model.dof(); ++i) {
+    if (model.joints[static_cast<std::size_t>(i)].prismatic) home(i) *= kMetresPerRadian;
+  }
+  return home;
 }
 
 Eigen::Vector3d gravity_in_base(const scene::Robot& robot, const scene::Physics& physics) {

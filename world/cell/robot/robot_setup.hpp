@@ -17,7 +17,7 @@ namespace aprsim::world {
 [[nodiscard]] Eigen::Vector3d gravity_in_base(const scene::Robot& robot,
                                               const scene::Physics& physics);
 
-/// Throws std::runtime_error when the model fits no closed form.
+/// Throws std::runtime_error when no solver takes the model.
 [[nodiscard]] std::shared_ptr<const robot::InverseKinematics> inverse_kinematics_of(
     const scene::Robot& robot, const robot::ArmModel& model);
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "world/robot/kinematics/dynamics.hpp"
+#include "world/robot/model/joint_rotation.hpp"
 
 namespace aprsim::robot {
 namespace {
@@ -32,7 +33,8 @@ constexpr double kArmDepth_m = 2e-3, kToolDepth_m = 4e-3, kPartDepth_m = 25e-3;
 double reach_of(const ArmModel& model, const Surroundings& around) {
   double reach = 0, farthest = 0;
   for (std::size_t link = 0; link < model.links.size(); ++link) {
-    if (link > 0) reach += model.joints[link - 1].X_PJ.translation().norm();
+    if (link > 0) reach += longest_offset(model.joints[link - 1]);
+    if (link > 0 && link + 1 == model.links.size()) reach += flange_offset(model);
     for (const LinkShape& each : model.links[link].collision) {
       farthest = std::max(farthest, reach + each.X_LS.translation().norm() +
                                         convex_shape(each.shape).bounding_radius());
@@ -122,16 +124,20 @@ void CollisionChecker::add_self_pairs() {
 }
 
 /// Longest distance of any of the shape's points from each joint's axis, whatever the other joints
-/// do: from the axis to the next joint's origin, and on from origin to origin.
+/// do, and 1 of prismatic joints: from the axis to the next joint's origin, and on from origin to
+/// origin.
 JointVector CollisionChecker::levers_of(const Mover& mover) const {
   JointVector levers = JointVector::Zero(model_.dof());
   Eigen::Vector3d next = mover.X_LS.translation();
+  if (model_.X_LF && mover.link == model_.joints.size()) next = *model_.X_LF * next;
   double beyond = mover.radius;  // from `next` to the farthest point
   for (std::size_t link = mover.link; link > 0; --link) {
     const Joint& joint = model_.joints[link - 1];
-    levers(static_cast<Eigen::Index>(link - 1)) = joint.axis.cross(next).norm() + beyond;
+    levers(static_cast<Eigen::Index>(link - 1)) =
+        joint.prismatic ? 1 : joint.axis.cross(next).norm() + beyond;
     beyond += next.norm();
     next = joint.X_PJ.translation();
+    beyond += longest_offset(joint) - next.norm();
   }
   return levers;
 }

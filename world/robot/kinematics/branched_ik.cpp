@@ -12,14 +12,36 @@ constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kFarthestSeed_rad = 1000;
 constexpr double kLimitTolerance = 1e-10;  ///< rounding at a limit; the angle is clamped to it
 constexpr double kSameSolution = 1e-12;
+constexpr int kElbowCandidates = 72;   ///< of the search round the circle
+constexpr int kRefinements = 16;       ///< steps of the pattern search round the best candidate
+constexpr double kLimitWeight = 0.25;  ///< of closeness to limits against distance to the seed
 
 double degrees(double rad) { return rad * 180 / std::numbers::pi; }
 
 std::string reach_message(double excess_m, double limit_m) {
   char text[160];
+  if (limit_m == 0) {  // of arms without a shoulder and a wrist
+    std::snprintf(text, sizeof text, "out of reach by %.4f m", std::abs(excess_m));
+    return text;
+  }
   std::snprintf(text, sizeof text, "%s by %.4f m: wrist at %.4f m from the shoulder, limit %.4f m",
                 excess_m > 0 ? "out of reach" : "too close to the shoulder", std::abs(excess_m),
                 limit_m + excess_m, limit_m);
+  return text;
+}
+
+std::string tilt_message(double tilt_rad, int axes) {
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "tilted by %.3f deg against the poses that the arm's %d axes can reach here",
+                degrees(tilt_rad), axes);
+  return text;
+}
+
+std::string slide_message(const std::string& joint, double position_m, double limit_m) {
+  char text[160];
+  std::snprintf(text, sizeof text, "%s would be at %.3f mm, limit %.6g mm", joint.c_str(),
+                position_m * 1000, limit_m * 1000);
   return text;
 }
 
@@ -38,7 +60,7 @@ std::string limit_message(const std::string& joint, double angle_rad, double lim
 
 BranchedIk::BranchedIk(const ArmModel& model) {
   for (const Joint& joint : model.joints) {
-    ranges_.push_back({joint.name, joint.lower_rad, joint.upper_rad});
+    ranges_.push_back({joint.name, joint.lower_rad, joint.upper_rad, joint.prismatic});
   }
 }
 
@@ -57,6 +79,10 @@ double BranchedIk::relative_position(int joint, double q) const {
 /// smallest violation.
 double BranchedIk::fit(int joint, double angle, double seed) const {
   const Range& range = ranges_[static_cast<std::size_t>(joint)];
+  if (range.prismatic) {
+    return violation(joint, angle) <= kLimitTolerance ? std::clamp(angle, range.lower, range.upper)
+                                                      : angle;
+  }
   // A seed far outside must not take the loops below long.
   seed = std::clamp(seed, -kFarthestSeed_rad, kFarthestSeed_rad);
   // Angles are periodic, limits are not: an axis with more than one turn has several values for one
@@ -72,7 +98,9 @@ double BranchedIk::fit(int joint, double angle, double seed) const {
 BranchedIk::Choice BranchedIk::choose(const Eigen::Isometry3d& X_BF, const JointVector& seed,
                                       double elbow_rad) const {
   const Branches all_branches = branches(X_BF, seed, elbow_rad);
-  Choice best{.excess_m = all_branches.excess_m, .limit_m = all_branches.limit_m};
+  Choice best{.excess_m = all_branches.excess_m,
+              .limit_m = all_branches.limit_m,
+              .tilt_rad = all_branches.tilt_rad};
   for (int b = 0; b < all_branches.count; ++b) {
     Choice candidate{.found = true, .q = all_branches.q[static_cast<std::size_t>(b)]};
     // Full turns, largest violation, and squared distance to the seed in joint ranges.
@@ -101,12 +129,17 @@ BranchedIk::Choice BranchedIk::choose(const Eigen::Isometry3d& X_BF, const Joint
 
 /// Out of reach, else the limit of the joint farthest beyond its own.
 Error BranchedIk::refusal(const Choice& failed) const {
+  if (failed.joint < 0 && failed.tilt_rad != 0) {
+    return {ErrorCode::kUnreachable, "orientation", tilt_message(failed.tilt_rad, dof())};
+  }
   if (failed.joint < 0) {
     return {ErrorCode::kUnreachable, "position", reach_message(failed.excess_m, failed.limit_m)};
   }
   const Range& range = ranges_[static_cast<std::size_t>(failed.joint)];
   const double limit = failed.angle_rad > range.upper ? range.upper : range.lower;
-  return {ErrorCode::kUnreachable, range.name, limit_message(range.name, failed.angle_rad, limit)};
+  return {ErrorCode::kUnreachable, range.name,
+          range.prismatic ? slide_message(range.name, failed.angle_rad, limit)
+                          : limit_message(range.name, failed.angle_rad, limit)};
 }
 
 Result<JointVector> BranchedIk::nearest(const Eigen::Isometry3d& X_BF, const JointVector& seed,
@@ -130,8 +163,11 @@ std::vector<IkSolution> BranchedIk::all(const Eigen::Isometry3d& X_BF, double el
       const Range& range = ranges_[static_cast<std::size_t>(i)];
       // The lowest value that the limits allow; add_turns() counts up from it.
       // Full turns are independent per joint, so that their combinations form a grid.
-      base(i) += kTurn * std::ceil((range.lower - kLimitTolerance - base(i)) / kTurn);
-      within = base(i) <= range.upper + kLimitTolerance;
+      if (!range.prismatic) {
+        base(i) += kTurn * std::ceil((range.lower - kLimitTolerance - base(i)) / kTurn);
+      }
+      within = base(i) <= range.upper + kLimitTolerance &&
+               (!range.prismatic || base(i) >= range.lower - kLimitTolerance);
     }
     if (within) add_turns(base, out);
   }
@@ -155,12 +191,61 @@ void BranchedIk::add_turns(const JointVector& base, std::vector<IkSolution>& out
     if (!known) out.push_back({clamped});
     int i = 0;
     for (; i < dof(); ++i) {
+      if (ranges_[static_cast<std::size_t>(i)].prismatic) continue;
       q(i) += kTurn;
       if (q(i) <= ranges_[static_cast<std::size_t>(i)].upper + kLimitTolerance) break;
       q(i) = base(i);
     }
     if (i == dof()) return;
   }
+}
+
+/// Distance to the seed, and closeness to limits as the eighth power of the position in the range.
+double BranchedIk::posture_cost(const Choice& choice) const {
+  double crowding = 0;
+  for (int i = 0; i < dof(); ++i) {
+    const double square = std::pow(relative_position(i, choice.q(i)), 2);
+    crowding += square * square * square * square;
+  }
+  return choice.cost + kLimitWeight * crowding;
+}
+
+Result<double> BranchedIk::search_elbow(const Eigen::Isometry3d& X_BF,
+                                        const JointVector& seed) const {
+  // The cost has several minima in the elbow angle: a scan brackets the best one before it is
+  // refined.
+  // The search starts at the seed's own elbow angle, so that staying is one of the candidates.
+  const double start = elbow_of(seed);
+  constexpr double kSpacing = 2 * std::numbers::pi / kElbowCandidates;
+  double best_elbow = start, best_cost = 0;
+  bool found = false;
+  Choice least_bad;
+  for (int i = 0; i < kElbowCandidates; ++i) {
+    const double elbow = start + i * kSpacing;
+    const Choice choice = choose(X_BF, seed, elbow);
+    if (!choice.found) {
+      if (i == 0 || choice.violation_rad < least_bad.violation_rad) least_bad = choice;
+      continue;
+    }
+    const double cost = posture_cost(choice);
+    if (found && cost >= best_cost) continue;
+    found = true;
+    best_elbow = elbow;
+    best_cost = cost;
+  }
+  if (!found) return tl::unexpected(refusal(least_bad));
+
+  // Refinement by a shrinking pattern search.
+  double step = kSpacing / 2;
+  for (int i = 0; i < kRefinements; ++i, step *= 0.7) {
+    for (const double elbow : {best_elbow - step, best_elbow + step}) {
+      const Choice choice = choose(X_BF, seed, elbow);
+      if (!choice.found || posture_cost(choice) >= best_cost) continue;
+      best_elbow = elbow;
+      best_cost = posture_cost(choice);
+    }
+  }
+  return std::remainder(best_elbow, 2 * std::numbers::pi);
 }
 
 }  // namespace aprsim::robot

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <memory>
-#include <optional>
 #include <vector>
 
 #include "world/api/values/posture.hpp"
@@ -14,26 +12,29 @@ struct IkSolution {
   JointVector q;
 };
 
-/// Closed-form inverse kinematics of one arm family (6-axis spherical wrist, 7-axis S-R-S).
+/// Inverse kinematics of an arm: in closed form for the families of arms that have one, else
+/// numeric. The same arguments give the same bits. An arm of fewer than six axes reaches the poses
+/// that its axes allow; a pose tilted against these by up to 1e-4 rad counts as one of them.
 /// Immutable after construction. Thread: any.
 class InverseKinematics {
  public:
   virtual ~InverseKinematics() = default;
 
   /// Every solution within limits, in all branches and with all full turns that the limits allow.
-  /// A redundant arm gives those of its elbow angle `elbow_rad` (ignored by a 6-axis arm).
-  /// May allocate.
+  /// A redundant arm gives those of its elbow angle `elbow_rad` (ignored by other arms). A numeric
+  /// solver gives those that it finds from a fixed list of starts. May allocate.
   [[nodiscard]] virtual std::vector<IkSolution> all(const Eigen::Isometry3d& X_BF,
                                                     double elbow_rad) const = 0;
 
   /// The solution nearest to `seed` (weighted by joint range); a redundant arm keeps `elbow_rad`.
   /// Does not allocate when it succeeds. Errors: kUnreachable, field names the axis or joint, the
-  /// message the value, the limit and its unit (out of reach by how much, joint n at a of b).
+  /// message the value, the limit and its unit (out of reach by how much, tilted by how much,
+  /// joint n at a of b).
   [[nodiscard]] virtual Result<JointVector> nearest(const Eigen::Isometry3d& X_BF,
                                                     const JointVector& seed,
                                                     double elbow_rad) const = 0;
 
-  /// Elbow angle of a posture; 0 for a 6-axis arm.
+  /// Elbow angle of a posture; 0 for an arm that is not redundant.
   [[nodiscard]] virtual double elbow_of(const JointVector& q) const = 0;
 
   /// The branch and elbow angle of a posture.
@@ -44,10 +45,5 @@ class InverseKinematics {
   [[nodiscard]] virtual Result<double> choose_elbow(const Eigen::Isometry3d& X_BF,
                                                     const JointVector& seed) const = 0;
 };
-
-/// Picks the solver that fits the model's geometry and checks that it does (joint axes, offsets);
-/// a model that no closed form fits is kUnimplemented.
-[[nodiscard]] Result<std::unique_ptr<InverseKinematics>> make_inverse_kinematics(
-    const ArmModel& model);
 
 }  // namespace aprsim::robot

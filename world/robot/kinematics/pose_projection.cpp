@@ -13,6 +13,7 @@ constexpr int kMaxSteps = 25;
 constexpr double kLongestStep = 0.3;  // [rad]
 constexpr double kOnPose = 1e-13;     // [m, rad]
 constexpr double kNearPose = 1e-11;   ///< good enough where rounding prevents more
+constexpr double kTilt = 1e-4;        ///< that counts as none, of arms of fewer than six axes [rad]
 constexpr double kLength_m = 0.4;     ///< that makes lengths comparable with angles
 
 using Twist = Eigen::Matrix<double, 6, 1>;
@@ -36,10 +37,29 @@ Jacobian scaled_jacobian(const ArmModel& model, const JointVector& q) {
   return J;
 }
 
+bool least_norm_step(const Jacobian& J, const Twist& off, JointVector& step) {
+  const TwistMatrix gram = J * J.transpose();
+  const Eigen::LLT<TwistMatrix> factor(gram);
+  if (factor.info() != Eigen::Success) return false;
+  step = J.transpose() * factor.solve(off);
+  return true;
+}
+
+/// For arms of fewer than six axes, which reach the pose only as far as these allow.
+bool least_squares_step(const Jacobian& J, const Twist& off, JointVector& step) {
+  const JointMatrix normal = J.transpose() * J;
+  const Eigen::LLT<JointMatrix> factor(normal);
+  if (factor.info() != Eigen::Success) return false;
+  step = J.transpose() * off;
+  factor.solveInPlace(step);
+  return true;
+}
+
 }  // namespace
 
 bool project_to_pose(const ArmModel& model, const Eigen::Isometry3d& X_BF, JointVector& q) {
   double last = 1e9;
+  const bool few = model.dof() < 6;
   for (int i = 0; i < kMaxSteps; ++i) {
     Twist off = displacement(flange_pose(model, q), X_BF);
     const double distance = off.cwiseAbs().maxCoeff();
@@ -50,13 +70,13 @@ bool project_to_pose(const ArmModel& model, const Eigen::Isometry3d& X_BF, Joint
     // Least-norm step.
     off.head<3>() /= kLength_m;
     const Jacobian J = scaled_jacobian(model, q);
-    const TwistMatrix gram = J * J.transpose();
-    const Eigen::LLT<TwistMatrix> factor(gram);
-    if (factor.info() != Eigen::Success) return false;
-    const JointVector step = J.transpose() * factor.solve(off);
+    JointVector step(model.dof());
+    if (!(few ? least_squares_step(J, off, step) : least_norm_step(J, off, step))) return false;
     // Near a singularity J J' is ill-conditioned; the step is limited, and then given up.
     const double longest = step.cwiseAbs().maxCoeff();
     if (!(longest < 1e3)) return false;
+    // An arm of few axes is at the nearest of its poses.
+    if (few && longest < kNearPose) return distance < kTilt;
     q += longest > kLongestStep ? JointVector(step * (kLongestStep / longest)) : step;
   }
   return false;
@@ -64,6 +84,10 @@ bool project_to_pose(const ArmModel& model, const Eigen::Isometry3d& X_BF, Joint
 
 double dexterity(const ArmModel& model, const JointVector& q) {
   const Jacobian J = scaled_jacobian(model, q);
+  if (model.dof() < 6) {
+    const JointMatrix normal = J.transpose() * J;
+    return std::max(0.0, Eigen::LDLT<JointMatrix>(normal).vectorD().minCoeff());
+  }
   const TwistMatrix gram = J * J.transpose();
   // A smallest pivot is cheaper than a smallest singular value, and vanishes with it.
   const Eigen::LDLT<TwistMatrix> factor(gram);

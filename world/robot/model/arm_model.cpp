@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <mutex>
+#include <numbers>
 
 #include <Eigen/Eigenvalues>
 #include <urdf_parser/urdf_parser.h>
@@ -180,35 +181,33 @@ class ModelReader {
     body.visual.push_back(out);
   }
 
-  /// A revolute joint starts the next rigid body; a fixed one only moves the frame to read in.
+  /// A moving joint starts the next rigid body; a fixed one only moves the frame to read in.
   Result<void> add_joint(const urdf::Joint& source) {
     const Eigen::Isometry3d X_CJ = transform(source.parent_to_joint_origin_transform);
     if (source.type == urdf::Joint::FIXED) {
       X_LC_ = X_LC_ * X_CJ;
       return {};
     }
-    if (source.type != urdf::Joint::REVOLUTE) {
-      return error(source.name, "joint \"" + source.name + "\" must be revolute or fixed");
+    const bool continuous = source.type == urdf::Joint::CONTINUOUS;
+    const bool prismatic = source.type == urdf::Joint::PRISMATIC;
+    if (source.type != urdf::Joint::REVOLUTE && !continuous && !prismatic) {
+      return error(source.name, "joint \"" + source.name +
+                                    "\" must be revolute, continuous, prismatic or fixed");
     }
     if (model_.dof() == kMaxDof) {
       return error(source.name, "joint \"" + source.name +
                                     "\" is one too many: an arm has at most " +
-                                    std::to_string(kMaxDof) + " revolute joints");
+                                    std::to_string(kMaxDof) + " moving joints");
     }
-    Joint joint{.name = source.name, .X_PJ = X_LC_ * X_CJ, .axis = vector(source.axis)};
+    Joint joint{.name = source.name,
+                .prismatic = prismatic,
+                .X_PJ = X_LC_ * X_CJ,
+                .axis = vector(source.axis)};
     if (std::abs(joint.axis.norm() - 1) > 1e-6) {
       return error(source.name, "joint \"" + source.name + "\": <axis> must have length 1");
     }
     joint.axis.normalize();
-    const urdf::JointLimits& limits = *source.limits;  // the parser demands it of revolute joints
-    if (!(limits.lower < limits.upper) || !(limits.velocity > 0) || !(limits.effort > 0)) {
-      return error(source.name, "joint \"" + source.name +
-                                    "\": <limit> needs lower < upper, velocity > 0, effort > 0");
-    }
-    joint.lower_rad = limits.lower;
-    joint.upper_rad = limits.upper;
-    joint.max_speed_rad_s = limits.velocity;
-    joint.max_torque_nm = limits.effort;
+    if (auto read = read_limits(source, continuous, joint); !read) return read;
     // Names that remain in the map are no joint of the arm.
     // Rotor inertia is added to the joint's axis only (Siciliano et al. 2009, sec. 7.1.1, without
     // gyroscopic terms).
@@ -223,24 +222,57 @@ class ModelReader {
     return {};
   }
 
+  /// The parser demands <limit> of revolute and prismatic joints, but not of continuous ones.
+  Result<void> read_limits(const urdf::Joint& source, bool continuous, Joint& joint) const {
+    if (!source.limits) {
+      return error(source.name,
+                   "joint \"" + source.name + "\": <limit> with velocity and effort is missing");
+    }
+    const urdf::JointLimits& limits = *source.limits;
+    const bool ordered = continuous || limits.lower < limits.upper;
+    if (!ordered || !(limits.velocity > 0) || !(limits.effort > 0)) {
+      return error(source.name, "joint \"" + source.name +
+                                    "\": <limit> needs lower < upper, velocity > 0, effort > 0");
+    }
+    constexpr double kFullTurn = 2 * std::numbers::pi;
+    joint.lower_rad = continuous ? -kFullTurn : limits.lower;
+    joint.upper_rad = continuous ? kFullTurn : limits.upper;
+    joint.max_speed_rad_s = limits.velocity;
+    joint.max_torque_nm = limits.effort;
+    return {};
+  }
+
   /// Checks that need the whole chain.
   Result<ArmModel> finish() {
-    if (model_.joints.empty()) return error("robot", "the arm has no revolute joint");
-    if (!is_identity(X_LC_)) {
-      return error("flange", "the last link's frame must coincide with that of \"" +
-                                 model_.links.back().name +
-                                 "\": put the flange offset into the last joint's origin");
+    if (model_.joints.empty()) return error("robot", "the arm has no moving joint");
+    if (model_.dof() < kMinDof) {
+      return error("robot", "the arm has " + std::to_string(model_.dof()) +
+                                " moving joints, expected " + std::to_string(kMinDof) + " to " +
+                                std::to_string(kMaxDof));
     }
+    if (!is_identity(X_LC_)) move_to_flange(model_.links.back());
     for (const Link& link : model_.links) {
-      if (link.mass_kg == 0)
-        return error(link.name, "link \"" + link.name + "\" has no <inertial>");
+      if (link.mass_kg == 0) {
+        return error(link.name,
+                     "link \"" + link.name + "\" has no <inertial>, which the arm's dynamics need");
+      }
     }
     if (!reflected_.empty()) {
       return error(reflected_.begin()->first, "<transmission> names joint \"" +
                                                   reflected_.begin()->first +
-                                                  "\", which is not a revolute joint of the arm");
+                                                  "\", which is not a moving joint of the arm");
     }
     return std::move(model_);
+  }
+
+  /// Expresses the last body in the frame of the chain's last link, the flange.
+  void move_to_flange(Link& body) {
+    model_.X_LF = X_LC_;
+    const Eigen::Isometry3d X_FL = X_LC_.inverse();
+    body.com_L = X_FL * body.com_L;
+    body.inertia_L = X_FL.linear() * body.inertia_L * X_FL.linear().transpose();
+    for (LinkShape& shape : body.collision) shape.X_LS = X_FL * shape.X_LS;
+    for (LinkVisual& visual : body.visual) visual.shape.X_LS = X_FL * visual.shape.X_LS;
   }
 
   std::string path_;

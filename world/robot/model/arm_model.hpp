@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -11,8 +12,8 @@
 
 namespace aprsim::robot {
 
-inline constexpr int kMaxDof = 7;
-/// One value a joint; lives on the stack.
+inline constexpr int kMinDof = 4, kMaxDof = 7;
+/// One value a joint [rad], of a prismatic joint [m]; lives on the stack.
 using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxDof, 1>;
 using JointMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxDof, kMaxDof>;
@@ -51,9 +52,11 @@ struct Link {
   std::vector<LinkVisual> visual;
 };
 
-/// Revolute joint between links[i] and links[i + 1].
+/// Joint between links[i] and links[i + 1]. A prismatic joint has lengths [m] in the place of all
+/// angles, a force [N] for its torque and a mass [kg] for its rotor inertia, also in joint vectors.
 struct Joint {
   std::string name;
+  bool prismatic = false;                                  ///< slides along the axis; else turns
   Eigen::Isometry3d X_PJ = Eigen::Isometry3d::Identity();  ///< joint frame in parent at q = 0
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();         ///< in joint frame
   double lower_rad = 0, upper_rad = 0;
@@ -67,13 +70,17 @@ struct ArmModel {
   std::string name;
   std::vector<Joint> joints;
   std::vector<Link> links;  ///< dof + 1, links[0] = base
+  /// Flange in the frame that the last joint moves; none = the same.
+  std::optional<Eigen::Isometry3d> X_LF;
   [[nodiscard]] int dof() const { return static_cast<int>(joints.size()); }
 };
 
-/// Reads a URDF file: one chain of revolute joints; fixed joints are merged into their parent, so a
-/// trailing `flange` link must coincide with the last moving link. Rotor inertias come from
-/// rotor_inertia.hpp; a collision cylinder whose name ends in `_capsule` becomes a CapsuleShape.
-/// Errors name the file, the element and what was expected. Thread: any; one waits for another.
+/// Reads a URDF file: one chain of 4 to 7 revolute, continuous or prismatic joints with axes in any
+/// direction. Fixed joints are merged into their parent; the frame of the chain's last link is the
+/// flange. A continuous joint gets limits of one turn either way. Rotor inertias come from
+/// rotor_inertia.hpp, 0 where the file has none; a collision cylinder whose name ends in `_capsule`
+/// becomes a CapsuleShape. Errors name the file, the element and what was expected. Thread: any;
+/// one waits for another.
 [[nodiscard]] Result<ArmModel> load_arm_model(const std::string& urdf_path);
 
 }  // namespace aprsim::robot

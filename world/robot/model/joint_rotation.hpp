@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Geometry>
@@ -26,8 +27,26 @@ inline void rotate_by(Eigen::Matrix3d& R, const Eigen::Vector3d& axis, double an
 /// Rotation of the link behind a joint in its parent.
 [[nodiscard]] inline Eigen::Matrix3d joint_rotation(const Joint& joint, double q) {
   Eigen::Matrix3d R_PL = joint.X_PJ.linear();
-  rotate_by(R_PL, joint.axis, q);
+  if (!joint.prismatic) rotate_by(R_PL, joint.axis, q);
   return R_PL;
+}
+
+/// Longest distance of the link behind a joint from the joint before, whatever the joint does [m].
+[[nodiscard]] inline double longest_offset(const Joint& joint) {
+  const double travel =
+      joint.prismatic ? std::max(std::abs(joint.lower_rad), std::abs(joint.upper_rad)) : 0;
+  return joint.X_PJ.translation().norm() + travel;
+}
+
+/// Distance of the flange from the frame that the last joint moves [m].
+[[nodiscard]] inline double flange_offset(const ArmModel& model) {
+  return model.X_LF ? model.X_LF->translation().norm() : 0;
+}
+
+/// Origin of the link behind a joint in its parent [m].
+[[nodiscard]] inline Eigen::Vector3d joint_offset(const Joint& joint, double q) {
+  if (!joint.prismatic) return joint.X_PJ.translation();
+  return joint.X_PJ.translation() + joint.X_PJ.linear() * joint.axis * q;
 }
 
 }  // namespace aprsim::robot

@@ -29,13 +29,14 @@ constexpr double kTorqueDifference_s = 1e-3;
 constexpr double kSlowestScale = 0.1;
 
 std::string limit_text(const Joint& joint, double q) {
-  const double unit = 180 / std::numbers::pi;
+  const double unit = joint.prismatic ? 1000 : 180 / std::numbers::pi;
+  const char* name = joint.prismatic ? "mm" : "deg";
   const bool below = q < joint.lower_rad;
   const double limit = (below ? joint.lower_rad : joint.upper_rad) * unit;
   const int digits = std::abs(q * unit - limit) < 0.1 ? 6 : 1;
   char text[160];
-  std::snprintf(text, sizeof text, "%s at %.*f deg is %s than its limit %.*f deg",
-                joint.name.c_str(), digits, q * unit, below ? "less" : "greater", digits, limit);
+  std::snprintf(text, sizeof text, "%s at %.*f %s is %s than its limit %.*f %s", joint.name.c_str(),
+                digits, q * unit, name, below ? "less" : "greater", digits, limit, name);
   return text;
 }
 
@@ -47,8 +48,9 @@ Result<void> check_target(const Joint& joint, const api::JointTarget& target, do
   }
   if (!target.torque || target.torque->setting_nm <= joint.max_torque_nm) return {};
   char text[160];
-  std::snprintf(text, sizeof text, "%s: torque %g Nm is greater than its limit %g Nm",
-                joint.name.c_str(), target.torque->setting_nm, joint.max_torque_nm);
+  std::snprintf(text, sizeof text, "%s: torque %g %s is greater than its limit %g %s",
+                joint.name.c_str(), target.torque->setting_nm, joint.prismatic ? "N" : "Nm",
+                joint.max_torque_nm, joint.prismatic ? "N" : "Nm");
   return fail(ErrorCode::kInvalidArgument, joint.name, text);
 }
 

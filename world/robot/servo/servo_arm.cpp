@@ -8,6 +8,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "world/robot/model/joint_rotation.hpp"
+
 namespace aprsim::robot {
 namespace {
 
@@ -32,8 +34,11 @@ double trip_torque(const ArmModel& model, const Payload& payload, int joint, dou
   double lever = payload.mass_kg > 0 ? payload.com_F.norm() + kTipBeyondCentre_m : 0.0;
   // Upper bound of the lever: the arm stretched beyond the joint.
   for (std::size_t k = static_cast<std::size_t>(joint) + 1; k < model.joints.size(); ++k) {
-    lever += model.joints[k].X_PJ.translation().norm();
+    lever += longest_offset(model.joints[k]);
   }
+  // No lever makes a force of a force.
+  if (model.joints[static_cast<std::size_t>(joint)].prismatic) return fraction * most;
+  lever += flange_offset(model);
   if (lever > kWristReach_m) return fraction * most;
   return std::max(fraction * most, std::min(kMostTripShare * most, kBearablePush_n * lever));
 }

@@ -298,7 +298,8 @@ Gripper read_gripper(const yaml::Node& node) {
 }
 
 std::vector<double> read_joints(const yaml::Node& node) {
-  std::vector<double> joints = node.numbers(1, 7, yaml::between(-360, 360));
+  // Prismatic joints count in millimetres; the arm's own limits are checked with its model.
+  std::vector<double> joints = node.numbers(1, 7, yaml::between(-5000, 5000));
   for (double& joint : joints) joint = radians(joint);
   return joints;
 }

@@ -11,8 +11,8 @@
 #include <gtest/gtest.h>
 
 #include "protocols/crcl/joint_map.hpp"
+#include "world/robot/kinematics/choice/make_inverse_kinematics.hpp"
 #include "world/robot/kinematics/dynamics.hpp"
-#include "world/robot/kinematics/inverse_kinematics.hpp"
 #include "world/robot/model/arm_model.hpp"
 #include "world/scene/scene_loader.hpp"
 

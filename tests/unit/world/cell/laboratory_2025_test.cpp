@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/cell_script.hpp"
-#include "world/robot/kinematics/inverse_kinematics.hpp"
+#include "world/robot/kinematics/choice/make_inverse_kinematics.hpp"
 #include "world/robot/model/arm_model.hpp"
 
 namespace aprsim::world {

@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include "world/robot/kinematics/choice/make_inverse_kinematics.hpp"
 #include "world/robot/kinematics/dynamics.hpp"
-#include "world/robot/kinematics/inverse_kinematics.hpp"
 #include "world/robot/model/arm_model.hpp"
 #include "world/scene/checks/scene_solids.hpp"
 #include "world/scene/model/part_shapes.hpp"

@@ -35,7 +35,11 @@ constexpr double kBranchDistance = 1e-2;
 /// Distance beyond the end of a trace at which the reason of a refusal is determined.
 constexpr double kBeyond = 1e-5;
 
-double degrees(double rad) { return rad * 180 / std::numbers::pi; }
+/// A joint's position as people read it: degrees, millimetres of a prismatic joint.
+double readable(const Joint& joint, double q) {
+  return q * (joint.prismatic ? 1000 : 180 / std::numbers::pi);
+}
+const char* unit_of(const Joint& joint) { return joint.prismatic ? "mm" : "deg"; }
 
 }  // namespace
 
@@ -176,8 +180,9 @@ tl::unexpected<Error> IkPath::refusal(const ArmGeometry& arm, double u) const {
     const bool below = here(i) < joint.lower_rad + kNear && here(i) < earlier(i);
     const bool above = here(i) > joint.upper_rad - kNear && here(i) > earlier(i);
     if (!below && !above) continue;  // not about to pass a limit
-    std::snprintf(text, sizeof text, "%s would pass its limit %.1f deg at %s", joint.name.c_str(),
-                  degrees(below ? joint.lower_rad : joint.upper_rad), place.c_str());
+    std::snprintf(text, sizeof text, "%s would pass its limit %.1f %s at %s", joint.name.c_str(),
+                  readable(joint, below ? joint.lower_rad : joint.upper_rad), unit_of(joint),
+                  place.c_str());
     return fail(ErrorCode::kUnreachable, joint.name, text);
   }
   const auto beyond = solve(arm, std::min(1.0, u + kBeyond), here);
@@ -185,13 +190,14 @@ tl::unexpected<Error> IkPath::refusal(const ArmGeometry& arm, double u) const {
     return fail(ErrorCode::kUnreachable, beyond.error().field,
                 beyond.error().message + " at " + place);
   }
-  int joint = 0;
-  const double jump = (*beyond - here).cwiseAbs().maxCoeff(&joint);
-  const std::string& name = arm.model.joints[static_cast<std::size_t>(joint)].name;
+  int index = 0;
+  const double jump = (*beyond - here).cwiseAbs().maxCoeff(&index);
+  const Joint& joint = arm.model.joints[static_cast<std::size_t>(index)];
+  const std::string& name = joint.name;
   std::snprintf(text, sizeof text,
                 "the path meets a singular posture (arm stretched or axes aligned) at %s: %s would "
-                "jump by %.1f deg",
-                place.c_str(), name.c_str(), degrees(jump));
+                "jump by %.1f %s",
+                place.c_str(), name.c_str(), readable(joint, jump), unit_of(joint));
   return fail(ErrorCode::kUnreachable, name, text);
 }
 

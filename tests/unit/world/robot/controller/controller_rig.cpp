@@ -5,6 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "world/robot/kinematics/choice/make_inverse_kinematics.hpp"
+
 namespace aprsim::robot {
 
 ControllerSetup rig_setup(const std::string& arm) {

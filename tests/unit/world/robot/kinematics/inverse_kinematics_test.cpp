@@ -1,5 +1,3 @@
-#include "world/robot/kinematics/inverse_kinematics.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -7,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/world/robot/test_arms.hpp"
+#include "world/robot/kinematics/choice/make_inverse_kinematics.hpp"
 #include "world/robot/kinematics/dynamics.hpp"
 
 namespace aprsim::robot {
@@ -284,22 +283,22 @@ TEST(MotomanIk, ChosenElbowKeepsTheHomePosture) {
   EXPECT_LT((*ik->nearest(flange_pose(model, home), home, *elbow) - home).norm(), 0.05);
 }
 
-TEST(MakeIk, OtherGeometryIsRefusedWithTheJoint) {
-  ArmModel model = test::fanuc();
-  model.joints[4].X_PJ.translation().y() = 0.01;
-  const auto ik = make_inverse_kinematics(model);
-  ASSERT_FALSE(ik);
-  EXPECT_EQ(ik.error().code, ErrorCode::kUnimplemented);
-  EXPECT_EQ(ik.error().field, "joint_5");
-
+TEST(MakeIk, OtherGeometryIsSolvedNumerically) {
+  ArmModel six = test::fanuc();
+  six.joints[4].X_PJ.translation().y() = 0.01;
   ArmModel seven = test::motoman();
   seven.joints[3].axis = Eigen::Vector3d::UnitX();
-  const auto other = make_inverse_kinematics(seven);
-  ASSERT_FALSE(other);
-  EXPECT_EQ(other.error().field, "joint_u");
-
-  model.joints.pop_back();
-  EXPECT_FALSE(make_inverse_kinematics(model));
+  std::mt19937_64 random(2);
+  for (const ArmModel& model : {six, seven}) {
+    const auto ik = make(model);
+    for (int n = 0; n < 5; ++n) {
+      const JointVector q = test::random_q(model, random, 0.9);
+      const Eigen::Isometry3d X_BF = flange_pose(model, q);
+      const auto found = ik->nearest(X_BF, q, ik->elbow_of(q));
+      ASSERT_TRUE(found) << found.error().message;
+      EXPECT_LT((flange_pose(model, *found).matrix() - X_BF.matrix()).norm(), 1e-7);
+    }
+  }
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/world/robot/test_arms.hpp"
+#include "world/robot/kinematics/dynamics.hpp"
 
 namespace aprsim::robot {
 namespace {
@@ -169,10 +170,69 @@ TEST_F(ArmModelErrors, TransmissionOfUnknownJoint) {
   EXPECT_NE(load().find("joint_9"), std::string::npos);
 }
 
-TEST_F(ArmModelErrors, FlangeOffsetIsRefused) {
+TEST_F(ArmModelErrors, FlangeMayBeAnywhereOnTheLastLink) {
   replace("<child link=\"flange\"/>\n    <origin xyz=\"0 0 0\"",
-          "<child link=\"flange\"/>\n    <origin xyz=\"0.1 0 0\"");
-  EXPECT_NE(load().find("flange offset"), std::string::npos);
+          "<child link=\"flange\"/>\n    <origin xyz=\"0.1 0.2 0.3\"");
+  EXPECT_EQ(load(), "loaded");
+  const ArmModel plain = test::fanuc(), moved = *load_arm_model(path_);
+  ASSERT_TRUE(moved.X_LF);
+  // The flange moves with the last link, whose body stays where it was.
+  std::mt19937_64 random(4);
+  for (int n = 0; n < 20; ++n) {
+    const JointVector q = test::random_q(plain, random);
+    const Eigen::Isometry3d before = flange_pose(plain, q), after = flange_pose(moved, q);
+    EXPECT_LT((after.translation() - before * Eigen::Vector3d(.1, .2, .3)).norm(), 1e-12);
+    const Eigen::Vector3d com = after * moved.links.back().com_L;
+    EXPECT_LT((com - before * plain.links.back().com_L).norm(), 1e-12);
+    const JointVector zero = JointVector::Zero(6), down = JointVector::Constant(6, 0.3);
+    const Eigen::Vector3d gravity(0, 0, -9.81);
+    const JointVector torque = inverse_dynamics(plain, {}, gravity, q, zero, down);
+    EXPECT_LT((torque - inverse_dynamics(moved, {}, gravity, q, zero, down)).norm(), 1e-10);
+  }
+}
+
+TEST_F(ArmModelErrors, PrismaticJointsSlide) {
+  replace("<joint name=\"joint_6\" type=\"revolute\">",
+          "<joint name=\"joint_6\" type=\"prismatic\">");
+  EXPECT_EQ(load(), "loaded");
+  const ArmModel model = *load_arm_model(path_);
+  EXPECT_TRUE(model.joints[5].prismatic);
+  EXPECT_FALSE(model.joints[4].prismatic);
+  JointVector q = JointVector::Zero(6);
+  const Eigen::Isometry3d before = flange_pose(model, q);
+  q(5) = 0.2;
+  const Eigen::Vector3d way = flange_pose(model, q).translation() - before.translation();
+  EXPECT_NEAR(way.norm(), 0.2, 1e-12);
+  EXPECT_NEAR(std::abs(way.x()), 0.2, 1e-12);
+}
+
+TEST_F(ArmModelErrors, ContinuousJointsHaveATurnEitherWay) {
+  replace("<joint name=\"joint_6\" type=\"revolute\">",
+          "<joint name=\"joint_6\" type=\"continuous\">");
+  EXPECT_EQ(load(), "loaded");
+  EXPECT_NEAR(load_arm_model(path_)->joints[5].upper_rad, 360 * kDegree, 1e-12);
+}
+
+TEST_F(ArmModelErrors, OtherJointsAreNamed) {
+  replace("<joint name=\"joint_6\" type=\"revolute\">", "<joint name=\"joint_6\" type=\"planar\">");
+  EXPECT_NE(load().find("\"joint_6\" must be revolute, continuous, prismatic or fixed"),
+            std::string::npos);
+}
+
+TEST_F(ArmModelErrors, ThreeMovingJointsAreTooFew) {
+  for (const char* joint : {"joint_4", "joint_5", "joint_6"}) {
+    replace("<joint name=\"" + std::string(joint) + "\" type=\"revolute\">",
+            "<joint name=\"" + std::string(joint) + "\" type=\"fixed\">");
+  }
+  EXPECT_NE(load().find("3 moving joints, expected 4 to 7"), std::string::npos);
+}
+
+TEST_F(ArmModelErrors, MissingInertialIsNamed) {
+  const auto from = text_.find("<inertial>", text_.find("<link name=\"link_2\">"));
+  const auto to = text_.find("</inertial>", from) + 11;
+  ASSERT_NE(from, std::string::npos);
+  text_.erase(from, to - from);
+  EXPECT_NE(load().find("link \"link_2\" has no <inertial>"), std::string::npos);
 }
 
 TEST_F(ArmModelErrors, CapsuleByName) {

@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/world/robot/test_arms.hpp"
+#include "world/robot/kinematics/choice/make_inverse_kinematics.hpp"
 #include "world/robot/kinematics/dynamics.hpp"
-#include "world/robot/kinematics/inverse_kinematics.hpp"
 
 /// The arms' collision shapes must not touch themselves where the real arms do not: every such
 /// touch would stop the robot.

@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/world/robot/test_arms.hpp"
+#include "world/robot/kinematics/choice/make_inverse_kinematics.hpp"
 #include "world/robot/kinematics/dynamics.hpp"
-#include "world/robot/kinematics/inverse_kinematics.hpp"
 #include "world/robot/servo/contact_law.hpp"
 #include "world/robot/servo/servo_arm.hpp"
 

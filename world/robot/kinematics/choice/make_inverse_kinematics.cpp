@@ -1,12 +1,17 @@
-#include "world/robot/kinematics/inverse_kinematics.hpp"
+#include "world/robot/kinematics/choice/make_inverse_kinematics.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <span>
-#include <sstream>
+#include <string>
 
-#include "world/robot/kinematics/spherical_wrist_ik.hpp"
-#include "world/robot/kinematics/srs_ik.hpp"
+#include "world/robot/kinematics/choice/other_fits.hpp"
+#include "world/robot/kinematics/choice/six_axis_fits.hpp"
+#include "world/robot/kinematics/families/spherical_wrist_ik.hpp"
+#include "world/robot/kinematics/families/srs_ik.hpp"
+#include "world/robot/kinematics/numeric/numeric_ik.hpp"
 
 namespace aprsim::robot {
 namespace {
@@ -49,46 +54,22 @@ bool fits(const Joint& joint, const JointPattern& pattern) {
   return true;
 }
 
-/// Checks every joint and returns the axis signs.
-Result<JointVector> match(const ArmModel& model, std::span<const JointPattern> patterns) {
-  constexpr std::array<char, 3> kNames{'x', 'y', 'z'};
+/// The axis signs, where every joint is as the pattern has it.
+std::optional<JointVector> match(const ArmModel& model, std::span<const JointPattern> patterns) {
+  if (model.X_LF || model.joints.size() != patterns.size()) return std::nullopt;
   JointVector sign(model.dof());
   for (std::size_t i = 0; i < patterns.size(); ++i) {
     const Joint& joint = model.joints[i];
-    // The error lists what the joint has and what the family requires.
-    if (!fits(joint, patterns[i])) {
-      std::ostringstream text;
-      text << "no closed form fits \"" << model.name << "\": joint \"" << joint.name
-           << "\" needs an axis along +-" << kNames[static_cast<std::size_t>(patterns[i].axis)]
-           << ", no rotation at zero and an offset along";
-      for (std::size_t k = 0; k < 3; ++k) {
-        if (patterns[i].offset[k]) text << " " << kNames[k];
-      }
-      text << " only; it has axis (" << joint.axis.transpose() << ") and offset ("
-           << joint.X_PJ.translation().transpose() << ") m";
-      return fail(ErrorCode::kUnimplemented, joint.name, text.str());
-    }
+    if (joint.prismatic || !fits(joint, patterns[i])) return std::nullopt;
     sign(static_cast<Eigen::Index>(i)) = joint.axis(patterns[i].axis) > 0 ? 1 : -1;
   }
   return sign;
 }
 
-/// Refuses arms without upper arm or forearm.
-Result<void> need_positive(const ArmModel& model, std::initializer_list<double> lengths) {
-  for (const double length : lengths) {
-    if (!(length > kFits)) {
-      return fail(ErrorCode::kUnimplemented, "geometry",
-                  "no closed form fits \"" + model.name +
-                      "\": upper arm and forearm need a positive length");
-    }
-  }
-  return {};
-}
-
 /// Six axes with a spherical wrist: the lengths from the joints' offsets at zero.
-Result<std::unique_ptr<InverseKinematics>> make_spherical_wrist(const ArmModel& model) {
+std::unique_ptr<InverseKinematics> make_spherical_wrist(const ArmModel& model) {
   auto sign = match(model, kSphericalWrist);
-  if (!sign) return tl::unexpected(sign.error());
+  if (!sign) return nullptr;
   const auto offset = [&](std::size_t joint) {
     return Eigen::Vector3d(model.joints[joint].X_PJ.translation());
   };
@@ -100,16 +81,14 @@ Result<std::unique_ptr<InverseKinematics>> make_spherical_wrist(const ArmModel& 
                                   .fore_x = offset(3).x() + offset(4).x(),
                                   .flange_x = offset(5).x(),
                                   .sign = *sign};
-  if (auto ok = need_positive(model, {geometry.upper, geometry.fore_x}); !ok) {
-    return tl::unexpected(ok.error());
-  }
+  if (!(geometry.upper > kFits && geometry.fore_x > kFits)) return nullptr;
   return std::make_unique<SphericalWristIk>(model, std::move(geometry));
 }
 
 /// Seven axes, spherical shoulder, revolute elbow, spherical wrist.
-Result<std::unique_ptr<InverseKinematics>> make_srs(const ArmModel& model) {
+std::unique_ptr<InverseKinematics> make_srs(const ArmModel& model) {
   auto sign = match(model, kSrs);
-  if (!sign) return tl::unexpected(sign.error());
+  if (!sign) return nullptr;
   const auto along = [&](std::size_t joint) { return model.joints[joint].X_PJ.translation().z(); };
   // S-R-S arm: both shoulder axes and both wrist axes meet, which leaves one redundant degree of
   // freedom, the elbow angle.
@@ -118,20 +97,33 @@ Result<std::unique_ptr<InverseKinematics>> make_srs(const ArmModel& model) {
                        .fore = along(4) + along(5),
                        .flange_z = along(6),
                        .sign = *sign};
-  if (auto ok = need_positive(model, {geometry.upper, geometry.fore}); !ok) {
-    return tl::unexpected(ok.error());
-  }
+  if (!(geometry.upper > kFits && geometry.fore > kFits)) return nullptr;
   return std::make_unique<SrsIk>(model, std::move(geometry));
 }
 
 }  // namespace
 
 Result<std::unique_ptr<InverseKinematics>> make_inverse_kinematics(const ArmModel& model) {
-  if (model.dof() == 6) return make_spherical_wrist(model);
-  if (model.dof() == 7) return make_srs(model);
-  return fail(ErrorCode::kUnimplemented, "joints",
-              "no closed form for an arm of " + std::to_string(model.dof()) +
-                  " joints; supported are 6 (spherical wrist) and 7 (S-R-S)");
+  if (model.dof() < kMinDof || model.dof() > kMaxDof) {
+    return fail(ErrorCode::kUnimplemented, "joints",
+                "\"" + model.name + "\" has " + std::to_string(model.dof()) + " joints, expected " +
+                    std::to_string(kMinDof) + " to " + std::to_string(kMaxDof));
+  }
+  const bool turns = std::none_of(model.joints.begin(), model.joints.end(),
+                                  [](const Joint& joint) { return joint.prismatic; });
+  std::unique_ptr<InverseKinematics> found;
+  if (turns && model.dof() == 6) {
+    found = make_spherical_wrist(model);
+    if (!found) found = fit_spherical_wrist(model);
+    if (!found) found = fit_offset_wrist(model);
+  } else if (turns && model.dof() == 7) {
+    found = make_srs(model);
+    if (!found) found = fit_seven_axes(model);
+  } else if (model.dof() == 4) {
+    found = fit_scara(model);
+  }
+  if (!found) found = std::make_unique<NumericIk>(model);
+  return found;
 }
 
 }  // namespace aprsim::robot

@@ -27,13 +27,10 @@ class SrsIk final : public BranchedIk {
   [[nodiscard]] Result<double> choose_elbow(const Eigen::Isometry3d& X_BF,
                                             const JointVector& seed) const override;
 
- protected:
   [[nodiscard]] Branches branches(const Eigen::Isometry3d& X_BF, const JointVector& seed,
                                   double elbow_rad) const override;
 
  private:
-  [[nodiscard]] double posture_cost(const Choice& choice) const;
-
   SrsGeometry geometry_;
 };
 

@@ -1,19 +1,16 @@
-#include "world/robot/kinematics/srs_ik.hpp"
+#include "world/robot/kinematics/families/srs_ik.hpp"
 
 #include <cmath>
 #include <numbers>
 
-#include "world/robot/kinematics/euler_angles.hpp"
-#include "world/robot/kinematics/two_bone.hpp"
+#include "world/robot/kinematics/families/euler_angles.hpp"
+#include "world/robot/kinematics/families/two_bone.hpp"
 #include "world/robot/model/joint_rotation.hpp"
 
 namespace aprsim::robot {
 namespace {
 
-constexpr double kUpright = 1e-9;      ///< sine between shoulder-wrist line and vertical
-constexpr int kElbowCandidates = 72;   ///< of the search round the circle
-constexpr int kRefinements = 16;       ///< steps of the pattern search round the best candidate
-constexpr double kLimitWeight = 0.25;  ///< of closeness to limits against distance to the seed
+constexpr double kUpright = 1e-9;  ///< sine between shoulder-wrist line and vertical
 
 /// Right-handed frame about the shoulder-wrist direction: `up` and `side` span the elbow's circle.
 struct ElbowCircle {
@@ -112,51 +109,8 @@ api::Posture SrsIk::posture_of(const JointVector& q) const {
   return {sign(t(1)), sign(t(3)), sign(t(5)), elbow_of(q)};
 }
 
-/// Distance to the seed, and closeness to limits as the eighth power of the position in the range.
-double SrsIk::posture_cost(const Choice& choice) const {
-  double crowding = 0;
-  for (int i = 0; i < dof(); ++i) {
-    const double square = std::pow(relative_position(i, choice.q(i)), 2);
-    crowding += square * square * square * square;
-  }
-  return choice.cost + kLimitWeight * crowding;
-}
-
 Result<double> SrsIk::choose_elbow(const Eigen::Isometry3d& X_BF, const JointVector& seed) const {
-  // The cost has several minima in the elbow angle: a scan brackets the best one before it is
-  // refined.
-  // The search starts at the seed's own elbow angle, so that staying is one of the candidates.
-  const double start = elbow_of(seed);
-  constexpr double kSpacing = 2 * std::numbers::pi / kElbowCandidates;
-  double best_elbow = start, best_cost = 0;
-  bool found = false;
-  Choice least_bad;
-  for (int i = 0; i < kElbowCandidates; ++i) {
-    const double elbow = start + i * kSpacing;
-    const Choice choice = choose(X_BF, seed, elbow);
-    if (!choice.found) {
-      if (i == 0 || choice.violation_rad < least_bad.violation_rad) least_bad = choice;
-      continue;
-    }
-    const double cost = posture_cost(choice);
-    if (found && cost >= best_cost) continue;
-    found = true;
-    best_elbow = elbow;
-    best_cost = cost;
-  }
-  if (!found) return tl::unexpected(refusal(least_bad));
-
-  // Refinement by a shrinking pattern search.
-  double step = kSpacing / 2;
-  for (int i = 0; i < kRefinements; ++i, step *= 0.7) {
-    for (const double elbow : {best_elbow - step, best_elbow + step}) {
-      const Choice choice = choose(X_BF, seed, elbow);
-      if (!choice.found || posture_cost(choice) >= best_cost) continue;
-      best_elbow = elbow;
-      best_cost = posture_cost(choice);
-    }
-  }
-  return std::remainder(best_elbow, 2 * std::numbers::pi);
+  return search_elbow(X_BF, seed);
 }
 
 }  // namespace aprsim::robot

@@ -8,6 +8,7 @@ namespace aprsim::robot {
 struct SphericalWristGeometry {
   double shoulder_z = 0;  ///< base to axis 2 [m]
   double shoulder_x = 0;  ///< axis 1 to axis 2
+  double lateral = 0;     ///< axis 1 to the arm's plane along y
   double upper = 0;       ///< axis 2 to axis 3
   double elbow_z = 0;     ///< axis 3 to axis 4
   double fore_x = 0;      ///< axis 3 to wrist centre along axis 4
@@ -26,7 +27,6 @@ class SphericalWristIk final : public BranchedIk {
   [[nodiscard]] Result<double> choose_elbow(const Eigen::Isometry3d& X_BF,
                                             const JointVector& seed) const override;
 
- protected:
   [[nodiscard]] Branches branches(const Eigen::Isometry3d& X_BF, const JointVector& seed,
                                   double elbow_rad) const override;
 

@@ -28,6 +28,15 @@ struct EulerAngles {
   return {free ? seed : std::atan2(s1, c1), std::atan2(s2, c2), std::atan2(z, y)};
 }
 
+/// R = Ry(first) Rz(middle) Ry(last); see split_xyx(), of which it is the cyclic exchange of axes.
+[[nodiscard]] inline EulerAngles split_yzy(const Eigen::Matrix3d& R, double side, double seed) {
+  Eigen::Matrix3d Q;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) Q(i, j) = R((i + 1) % 3, (j + 1) % 3);
+  }
+  return split_xyx(Q, side, seed);
+}
+
 /// R = Rz(first) Ry(middle) Rz(last); see split_xyx().
 [[nodiscard]] inline EulerAngles split_zyz(const Eigen::Matrix3d& R, double side, double seed) {
   const double s2 = side * std::sqrt(R(0, 2) * R(0, 2) + R(1, 2) * R(1, 2)), c2 = R(2, 2);

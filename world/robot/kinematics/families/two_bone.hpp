@@ -8,6 +8,11 @@ namespace aprsim::robot {
 
 inline constexpr double kReachTolerance = 1e-10;  ///< beyond reach by less counts as stretched [m]
 
+/// The other leg of a right triangle; 0 where rounding has made the hypotenuse the shorter one.
+[[nodiscard]] inline double leg(double hypotenuse, double first) {
+  return std::sqrt(std::max(0.0, (hypotenuse - first) * (hypotenuse + first)));
+}
+
 struct TwoBone {
   double excess_m = 0;  ///< > 0: wrist too far; < 0: too near; else within reach
   double limit_m = 0;   ///< that it exceeds

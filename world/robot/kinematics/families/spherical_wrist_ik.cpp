@@ -1,10 +1,10 @@
-#include "world/robot/kinematics/spherical_wrist_ik.hpp"
+#include "world/robot/kinematics/families/spherical_wrist_ik.hpp"
 
 #include <cmath>
 #include <numbers>
 
-#include "world/robot/kinematics/euler_angles.hpp"
-#include "world/robot/kinematics/two_bone.hpp"
+#include "world/robot/kinematics/families/euler_angles.hpp"
+#include "world/robot/kinematics/families/two_bone.hpp"
 #include "world/robot/model/joint_rotation.hpp"
 
 namespace aprsim::robot {
@@ -30,13 +30,24 @@ BranchedIk::Branches SphericalWristIk::branches(const Eigen::Isometry3d& X_BF,
   const Eigen::Matrix3d R = X_BF.linear();
   const Eigen::Vector3d wrist = X_BF.translation() - geometry_.flange_x * R.col(0);
   const double z = wrist.z() - geometry_.shoulder_z;
-  const double radius = std::hypot(wrist.x(), wrist.y());
-  const JointVector& sign = geometry_.sign;
+  const double lateral = geometry_.lateral;
+  const double from_axis = std::hypot(wrist.x(), wrist.y());
   Branches out;
+  if (from_axis < std::abs(lateral) - kReachTolerance) {
+    out.excess_m = from_axis - std::abs(lateral);
+    out.limit_m = std::abs(lateral);
+    return out;
+  }
+  const double radius = lateral == 0 ? from_axis : leg(from_axis, lateral);
+  const JointVector& sign = geometry_.sign;
   for (const double facing : {1.0, -1.0}) {
     // Axis 1 towards the wrist centre or away from it.
-    const double t1 = radius < kOnFirstAxis ? sign(0) * seed(0)
-                                            : std::atan2(facing * wrist.y(), facing * wrist.x());
+    double t1 = sign(0) * seed(0);
+    if (lateral != 0) {
+      t1 = std::atan2(wrist.y(), wrist.x()) - std::atan2(lateral, facing * radius);
+    } else if (radius >= kOnFirstAxis) {
+      t1 = std::atan2(facing * wrist.y(), facing * wrist.x());
+    }
     // Elbow from the triangle of upper arm, forearm and shoulder-wrist line.
     const double r = facing * radius - geometry_.shoulder_x;
     const TwoBone arm = solve_two_bone(geometry_.upper, fore_, std::hypot(r, z));
