@@ -50,6 +50,16 @@ TEST(Conform, OurCrclServerKeepsEveryRule) {
                   client::conform::crcl_checks().size());
 }
 
+TEST(Conform, EveryArmsServerKeepsEveryRule) {
+  const DaemonProcess daemon({"--scene", "arms"});
+  for (const char* robot : {"ur5e", "irb120", "panda", "scara"}) {
+    SCOPED_TRACE(robot);
+    const std::uint16_t port = daemon.port("crcl." + std::string(robot));
+    expect_all_kept(conform({"crcl", address(port), "--allow-motion"}),
+                    client::conform::crcl_checks().size());
+  }
+}
+
 TEST(Conform, ServerWithSchemaValidationKeepsEveryRule) {
   const DaemonProcess daemon({"--scene", "fanuc_only", "--set", "crcl.validation=strict"});
   const auto found = findings(conform({"crcl", address(daemon.port("crcl.fanuc"))}));
