@@ -12,9 +12,11 @@ from .actions import MOVE_M, TURN_RAD, VELOCITY_RAD_S
 from .belt import BeltPickEnv
 from .cell_env import CellEnv
 from .checker import EnvCheckError, check_env
+from .insert import InsertEnv
 from .push import PushEnv
 from .registry import EnvSpec, make, register, spec, specs
 from .scripted import scripted_action
+from .sort import SortEnv
 from .tasks import KitEnv, PickEnv, PlaceEnv
 from .transfer_env import TransferEnv
 from .transfer_state import NAMES as OBSERVATION_NAMES
@@ -32,10 +34,12 @@ __all__ = [
     "CellEnv",
     "EnvCheckError",
     "EnvSpec",
+    "InsertEnv",
     "KitEnv",
     "PickEnv",
     "PlaceEnv",
     "PushEnv",
+    "SortEnv",
     "SyncVectorEnv",
     "ThreadedVectorEnv",
     "TransferEnv",

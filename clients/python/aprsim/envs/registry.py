@@ -96,6 +96,8 @@ def _register_tasks() -> None:
         ("TwoArms", "two_arms:TwoArmsEnv", 300),
         ("BeltPick", "belt:BeltPickEnv", 200),
         ("Push", "push:PushEnv", 200),
+        ("Insert", "insert:InsertEnv", 100),
+        ("Sort", "sort:SortEnv", 400),
     ):
         register(EnvSpec(f"aprsim/{name}-v0", f"aprsim.envs.{entry_point}", steps))
 
