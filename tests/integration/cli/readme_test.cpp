@@ -129,6 +129,8 @@ constexpr TestedElsewhere kTestedElsewhere[] = {
     {"python3 -m venv", "tests/integration/python/test_install.py", "python3 -m venv"},
     {"python3 -m aprsim.datasets", "tests/integration/python/test_datasets.py",
      "python3 -m aprsim.datasets "},
+    {"python3 clients/python/examples/learn.py", "tests/integration/python/test_learn.py",
+     "\"examples\" / \"learn.py\""},
     {"python3 -m clients.vision", "tests/integration/vision/test_wires.py", "--write-ports="},
     {"build/venv/bin/pip", "tests/integration/python/test_install.py", "build/venv/bin/pip"},
     {"docker/debian/build", "tests/package/debian", "docker/debian/build \""},
