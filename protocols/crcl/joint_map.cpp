@@ -15,6 +15,7 @@ namespace aprsim::crcl_server {
 namespace {
 
 constexpr double kNothing = 1e-12;  // rounding of a share that is 0
+constexpr crcl::LengthUnit kSlideUnit = crcl::LengthUnit::kMillimeter;
 
 std::vector<api::WireJoint> wire_joints(const api::RobotDescription& robot) {
   if (!robot.wire_joints.empty()) return robot.wire_joints;
@@ -111,21 +112,25 @@ int JointMap::number_of(int arm_joint) const {
 
 double JointMap::to_rad(int number, double value, crcl::AngleUnit unit) const {
   const double counts = at(number).counts_per_rad;
-  return counts > 0 ? value / counts : crcl::to_si(value, unit);
+  if (counts > 0) return value / counts;
+  return slides(number) ? crcl::to_si(value, kSlideUnit) : crcl::to_si(value, unit);
 }
 
 double JointMap::from_rad(int number, double rad, crcl::AngleUnit unit) const {
   const double counts = at(number).counts_per_rad;
-  return counts > 0 ? rad * counts : crcl::from_si(rad, unit);
+  if (counts > 0) return rad * counts;
+  return slides(number) ? crcl::from_si(rad, kSlideUnit) : crcl::from_si(rad, unit);
 }
 
 double JointMap::reported(int number, double rad, crcl::AngleUnit unit) const {
-  const bool pulses = at(number).counts_per_rad > 0;
-  return rounded(from_rad(number, rad, unit), pulses ? kPulseDecimals : decimals_of(unit));
+  const double value = from_rad(number, rad, unit);
+  if (at(number).counts_per_rad > 0) return rounded(value, kPulseDecimals);
+  return rounded(value, slides(number) ? decimals_of(kSlideUnit) : decimals_of(unit));
 }
 
 std::string_view JointMap::unit_name(int number, crcl::AngleUnit unit) const {
-  return at(number).counts_per_rad > 0 ? std::string_view("pulse") : crcl::name_of(unit);
+  if (at(number).counts_per_rad > 0) return "pulse";
+  return slides(number) ? crcl::name_of(kSlideUnit) : crcl::name_of(unit);
 }
 
 Eigen::VectorXd JointMap::wire_angles(const Eigen::VectorXd& arm_rad) const {

@@ -40,13 +40,14 @@ class JointMap {
   /// 1, or -1 where the joint turns the other way.
   [[nodiscard]] double sign(int number) const { return at(number).sign; }
 
-  // Values on the wire, and rates of them, in the joint's unit.
+  // Values on the wire, and rates of them, in the joint's unit: counts of the drive, millimetres of
+  // a prismatic joint, else `unit`.
 
   [[nodiscard]] double to_rad(int number, double value, crcl::AngleUnit unit) const;
   [[nodiscard]] double from_rad(int number, double rad, crcl::AngleUnit unit) const;
   /// As from_rad(), with the digits that carry meaning.
   [[nodiscard]] double reported(int number, double rad, crcl::AngleUnit unit) const;
-  /// "degree", "pulse".
+  /// "degree", "pulse", "millimeter".
   [[nodiscard]] std::string_view unit_name(int number, crcl::AngleUnit unit) const;
 
   /// The joint's highest speed, where it is counted in pulses: JointSpeed is then in percent of it.
@@ -80,6 +81,10 @@ class JointMap {
  private:
   [[nodiscard]] const api::WireJoint& at(int number) const {
     return wire_[static_cast<std::size_t>(number - 1)];
+  }
+  [[nodiscard]] bool slides(int number) const {
+    const int joint = arm_joint(number);
+    return joint >= 0 && arm_[static_cast<std::size_t>(joint)].prismatic;
   }
   [[nodiscard]] std::string explanation(int arm_joint) const;
 

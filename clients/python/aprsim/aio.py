@@ -164,7 +164,7 @@ class Robot:
         *,
         timeout_s: float = MOVE_TIMEOUT_S,
     ) -> None:
-        """Move all joints, from base to flange, to positions [rad]."""
+        """Move all joints, from base to flange, to positions [rad]; of prismatic joints [m]."""
         await self.run(self._motions.joints(positions_rad, speed_rad_s), timeout_s)
 
     async def follow(

@@ -65,10 +65,12 @@ class Motions:
     def joints(self, positions_rad: npt.ArrayLike, speed_rad_s: float) -> crcl.Command:
         """The command for all joints, from base to flange."""
         count = len(self.description.joints)
-        positions = np.degrees(arguments.vector("positions_rad", positions_rad, count, "rad"))
+        # CRCL counts prismatic joints in millimetres, all others in degrees.
+        units = [1000 if j.prismatic else 180 / math.pi for j in self.description.joints]
+        positions = arguments.vector("positions_rad", positions_rad, count, "rad") * units
         numbered = {number: float(value) for number, value in enumerate(positions, 1)}
         speed = arguments.number("speed_rad_s", speed_rad_s, "rad/s", above=0)
-        return crcl.move_joints(numbered, math.degrees(speed))
+        return crcl.move_joints(numbered, dict(enumerate((speed * unit for unit in units), 1)))
 
     @staticmethod
     def speeds(m_s: float, rad_s: float) -> list[crcl.Command]:

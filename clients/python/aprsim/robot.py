@@ -145,8 +145,9 @@ class Robot(Closing):
         wait: bool = True,
         timeout_s: float = MOVE_TIMEOUT_S,
     ) -> None:
-        """Move all joints, from base to flange, to positions [rad]. In scenes with `crcl_joints` the robot
-        has another joint convention: use `run(crcl.move_joints(...))` there."""
+        """Move all joints, from base to flange, to positions [rad]; of prismatic joints positions and speed
+        are in metres. In scenes with `crcl_joints` the robot has another joint convention: use
+        `run(crcl.move_joints(...))` there."""
         self._do(self._motions.joints(positions_rad, speed_rad_s), wait, timeout_s)
 
     def follow(

@@ -16,11 +16,14 @@
 /// The constants of a cell between two resets: names, types, limits and geometry.
 namespace aprsim::api {
 
+/// A prismatic joint has lengths [m] in the place of all angles and forces [N] in that of torques,
+/// also in snapshots and commands.
 struct JointDescription {
   std::string name;
   double lower_rad = 0, upper_rad = 0;
   double max_speed_rad_s = 0;
   double max_torque_nm = 0;
+  bool prismatic = false;
 };
 
 struct GripperDescription {

@@ -8,7 +8,7 @@
 namespace aprsim::api {
 
 APRSIM_FIELDS(JointDescription, FIELD(name), FIELD(lower_rad), FIELD(upper_rad),
-              FIELD(max_speed_rad_s), FIELD(max_torque_nm))
+              FIELD(max_speed_rad_s), FIELD(max_torque_nm), FIELD(prismatic))
 APRSIM_FIELDS(GripperDescription, FIELD(stroke_m), FIELD(gap_open_m), FIELD(gap_closed_m),
               FIELD(force_n), NOWHERE(proportional), FIELD(cup_radius_m), NOWHERE(names))
 APRSIM_FIELDS(RobotDescription, FIELD(name), FIELD(model), FIELD(joints), NOWHERE(links),

@@ -53,7 +53,8 @@ api::RobotDescription describe_robot(const scene::Robot& robot, const robot::Arm
                           .lower_rad = joint.lower_rad,
                           .upper_rad = joint.upper_rad,
                           .max_speed_rad_s = joint.max_speed_rad_s,
-                          .max_torque_nm = joint.max_torque_nm});
+                          .max_torque_nm = joint.max_torque_nm,
+                          .prismatic = joint.prismatic});
   }
   for (const auto& link : model.links) out.links.push_back(link.name);
   describe_reach(robot, model, out);

@@ -88,8 +88,10 @@ class JointVelocities:
         for index, (joint, value) in enumerate(zip(joints, values.tolist()), 1):
             speed = min(abs(value) * VELOCITY_RAD_S, joint.max_speed_rad_s)
             if speed >= _STILL_RAD_S:
-                speeds[index] = math.degrees(speed)
-                targets[index] = math.degrees(joint.upper_rad if value > 0 else joint.lower_rad)
+                # CRCL counts prismatic joints in millimetres.
+                unit = 1000 if joint.prismatic else 180 / math.pi
+                speeds[index] = speed * unit
+                targets[index] = (joint.upper_rad if value > 0 else joint.lower_rad) * unit
         if targets:
             robot.start(crcl.move_joints(targets, speeds))
         elif state.moving:

@@ -139,6 +139,10 @@ export class Jog {
     return this.mode.value !== '';
   }
 
+  private slides(robot: number, joint: number): boolean {
+    return this.state.cell?.robots[robot]?.joints[joint]?.prismatic ?? false;
+  }
+
   private showUnits(): void {
     const {value} = this.mode;
     this.mode.replaceChildren(
@@ -168,7 +172,10 @@ export class Jog {
     direction: Direction
   ): Promise<void> {
     const size = Number(this.mode.value);
-    const along = direction.case === 'tool' && direction.value.along !== undefined;
+    const along =
+      direction.case === 'joint'
+        ? this.slides(robot, direction.value.joint ?? 0)
+        : direction.case === 'tool' && direction.value.along !== undefined;
     const step = along
       ? units.metres(kLengthSteps[units.length][size]!)
       : units.radians(kAngleSteps[units.angle][size]!);

@@ -327,8 +327,15 @@ export class RobotPanel {
       if (!limits || !bar) return;
       bar.fill.value = joint.positionRad;
       const edge =
-        Math.min(joint.positionRad - limits.lowerRad, limits.upperRad - joint.positionRad) < 0.05;
+        Math.min(joint.positionRad - limits.lowerRad, limits.upperRad - joint.positionRad) <
+        (limits.prismatic ? 0.005 : 0.05);
       bar.fill.classList.toggle('edge', edge);
+      if (limits.prismatic) {
+        text(bar.value, `${units.lengthText(joint.positionRad)} ${units.length}`);
+        text(bar.lower, String(Number(units.lengthOf(limits.lowerRad).toPrecision(3))));
+        text(bar.upper, String(Number(units.lengthOf(limits.upperRad).toPrecision(3))));
+        return;
+      }
       text(bar.value, `${units.angleText(joint.positionRad)} ${units.angleSign}`);
       const digits = units.angle === 'deg' ? 0 : 2;
       text(bar.lower, units.angleOf(limits.lowerRad).toFixed(digits));

@@ -22,20 +22,25 @@ export function signalsOf(cell: CellDescription): ChartSignal[] {
     {name: 'deepest contact', unit: 'mm', read: (s) => s.maxPenetrationM * 1e3}
   ];
   cell.robots.forEach((robot, r) => {
-    robot.joints.forEach((_, j) => {
+    robot.joints.forEach((joint, j) => {
       const name = `${robot.name} J${j + 1}`;
+      const [unit, scale] = joint.prismatic ? ['mm', 1e3] : ['°', kDegrees];
       all.push(
         {
           name: `${name} position`,
-          unit: '°',
-          read: (s) => (s.robots[r]?.joints[j]?.positionRad ?? NaN) * kDegrees
+          unit,
+          read: (s) => (s.robots[r]?.joints[j]?.positionRad ?? NaN) * scale
         },
         {
           name: `${name} velocity`,
-          unit: '°/s',
-          read: (s) => (s.robots[r]?.joints[j]?.velocityRadS ?? NaN) * kDegrees
+          unit: `${unit}/s`,
+          read: (s) => (s.robots[r]?.joints[j]?.velocityRadS ?? NaN) * scale
         },
-        {name: `${name} torque`, unit: 'Nm', read: (s) => s.robots[r]?.joints[j]?.torqueNm ?? NaN}
+        {
+          name: `${name} ${joint.prismatic ? 'force' : 'torque'}`,
+          unit: joint.prismatic ? 'N' : 'Nm',
+          read: (s) => s.robots[r]?.joints[j]?.torqueNm ?? NaN
+        }
       );
     });
     for (const axis of ['x', 'y', 'z'] as const) {
