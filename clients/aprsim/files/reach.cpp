@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-#include "world/robot/kinematics/inverse_kinematics.hpp"
+#include "world/robot/kinematics/choice/make_inverse_kinematics.hpp"
 #include "world/robot/model/arm_model.hpp"
 #include "world/scene/model/pieces.hpp"
 
