@@ -18,10 +18,11 @@ from .snapshots import PLANNING_MODES, BodyState, Snapshot, seconds
 from .v1 import control_service_pb2 as control
 from .v1 import history_service_pb2 as past
 from .v1 import journal_service_pb2 as journal
+from .v1 import snapshot_pb2
 from .v1 import telemetry_service_pb2 as telemetry
 
 if TYPE_CHECKING:
-    from .v1 import cell_pb2, faults_pb2, snapshot_pb2
+    from .v1 import cell_pb2, faults_pb2
 
 T = TypeVar("T")
 Service = Literal["Camera", "Control", "Telemetry", "History", "Journal", "Trajectory"]
@@ -338,9 +339,8 @@ def list_states() -> Call[list[SavedState]]:
 def set_planning(robot: str, mode: str) -> Call[Receipt]:
     if mode not in PLANNING_MODES:
         raise arguments.wrong("mode", mode, "one of " + ", ".join(PLANNING_MODES))
-    request = control.SetPlanningRequest(
-        robot=arguments.text("robot", robot), mode=PLANNING_MODES.index(mode) + 1
-    )
+    number = snapshot_pb2.PlanningMode.Value("PLANNING_MODE_" + mode.upper())
+    request = control.SetPlanningRequest(robot=arguments.text("robot", robot), mode=number)
     return _control("SetPlanning", request, _receipt)
 
 
