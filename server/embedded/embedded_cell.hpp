@@ -26,7 +26,7 @@ class EmbeddedCell final : public api::CommandSink, public api::SnapshotSource {
   /// Applies the command. Errors: those of Simulation::submit(); later ones are in the snapshot.
   [[nodiscard]] Result<api::Ticket> submit(api::Command command) override;
   /// Takes the steps that commands have asked for: counted ones, or a run to its end. `after_step`
-  /// is called after each; the steps of a cell that stands still may be taken as one.
+  /// is called after each; the steps of a cell that is at rest may be taken as one.
   void take_steps(const AfterStep& after_step);
 
   /// Written when something has changed since the last call.

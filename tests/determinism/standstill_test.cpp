@@ -1,4 +1,4 @@
-// Steps of a cell that stands still advance its clocks and cameras alone. They must leave the bits
+// Steps of a cell that is at rest advance its clocks and cameras alone. They must leave the bits
 // that complete steps leave, whatever acted on the cell before.
 
 #include <algorithm>
@@ -24,7 +24,7 @@ std::shared_ptr<const scene::Scene> shipped(const std::string& name) {
       scene::load_scene(name, scene::default_data_paths()).value());
 }
 
-/// A world that may stand still beside one that never does: its state is restored all the time.
+/// A world that may skip steps beside one that never does: its state is restored all the time.
 class Pair {
  public:
   explicit Pair(const std::shared_ptr<const scene::Scene>& scene)
@@ -36,7 +36,7 @@ class Pair {
       steps_.restore(steps_.save());
       for (std::uint64_t i = 0; i < block; ++i) steps_.step();
       EXPECT_FALSE(steps_.stands_still());
-      // As an embedded cell does: single steps, or all of a cell that stands still.
+      // As an embedded cell does: single steps, or all of a cell that is at rest.
       for (std::uint64_t i = 0; i < block; ++i) {
         if (skips_.stands_still()) {
           skips_.step_still(block - i);
@@ -146,7 +146,7 @@ TEST_P(StandstillOf, KeepsTheBitsOfCompleteSteps) {
     pair.advance(commands.rest());
     pair.expect_equal();
   }
-  // It does stand still for a good part of that time.
+  // It is at rest for a good part of that time.
   EXPECT_GT(pair.skipped, 2000U);
 }
 

@@ -5,7 +5,7 @@
 
 namespace aprsim::world {
 
-/// Detects that a cell stands still: a step changes nothing but its clocks and the frames of its
+/// Detects that a cell is at rest: a step changes nothing but its clocks and the frames of its
 /// cameras. A step is a function of the state, so every later one does the same until something
 /// acts on the cell. It is proven on the complete saved state, bit for bit: once for a step with a
 /// reading of the cycle's sensors, once for a step without. Thread: sim.

@@ -193,7 +193,7 @@ void World::step() {
   standstill_.prove(sensors, to_bytes(expected), to_bytes(save()));
 }
 
-/// Whether a time is bound to come at which something happens in a cell that stands still.
+/// Whether a time is bound to come at which something happens in a cell that is at rest.
 bool World::awaits_time() const {
   return !faults_.idle() || (conveyor_ && conveyor_->awaits_time()) ||
          std::ranges::any_of(robots_, &SimulatedRobot::awaits_time) ||

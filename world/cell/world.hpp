@@ -62,10 +62,10 @@ class World {
   /// Advances by one fixed step. Throws physics::PhysicsFailure when the physics fails; the state
   /// is then that of the last good step.
   void step();
-  /// Whether it stands still until something acts on it: steps then advance its clocks and cameras
+  /// Whether it is at rest until something acts on it: steps then advance its clocks and cameras
   /// alone, with the same bits.
   [[nodiscard]] bool stands_still() const { return standstill_.holds(); }
-  /// Takes steps of a cell that stands still, all at once.
+  /// Takes steps of a cell that is at rest, all at once.
   void step_still(std::uint64_t steps);
 
   // ---- changes of the scene: see SceneEditor

@@ -56,7 +56,7 @@ struct WorldState {
     for (const auto& robot : robots) robot.controller.list(parts);
   }
 
-  /// Advances its clocks by one step of a cell that stands still.
+  /// Advances its clocks by one step of a cell that is at rest.
   void advance_clocks(double step_s, SimTime step_size) {
     ++steps;
     for (auto& robot : robots) robot.own.now += step_size;

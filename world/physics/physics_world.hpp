@@ -64,7 +64,7 @@ class PhysicsWorld {
 
   /// Throws PhysicsFailure.
   void step();
-  /// Counts steps that are not taken, of a cell that stands still.
+  /// Counts steps that are not taken, of a cell that is at rest.
   void advance_clock(std::uint64_t steps);
 
   // ---- keeping a state, between two steps

@@ -32,7 +32,7 @@ class SimulationCore {
 
   /// Takes one step. False: it failed, and the world has stopped in its last good state.
   [[nodiscard]] bool step();
-  /// Takes all counted steps at once, if the world stands still and nobody observes single steps.
+  /// Takes all counted steps at once, if the world is at rest and nobody observes single steps.
   /// False: it has taken none.
   [[nodiscard]] bool take_still_steps();
   /// After a successful step: records it, and ends a run whose condition is met.

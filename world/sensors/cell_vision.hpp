@@ -25,7 +25,7 @@ class CellVision {
   void advance(std::uint64_t step, std::span<const scene::FreeBody> bodies,
                std::span<const Eigen::Isometry3d> X_WP, std::span<const Occluder> occluders);
 
-  /// The same for the steps from `first` to `last` of a cell that stands still.
+  /// The same for the steps from `first` to `last` of a cell that is at rest.
   void advance_still(std::uint64_t first, std::uint64_t last,
                      std::span<const scene::FreeBody> bodies,
                      std::span<const Eigen::Isometry3d> X_WP, std::span<const Occluder> occluders);

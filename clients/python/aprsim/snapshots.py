@@ -18,7 +18,7 @@ T = TypeVar("T")
 
 
 PLANNING_MODES = ("direct", "check", "avoid")
-"""What robots do about obstacles, in the order of the messages' numbers from 1."""
+"""How robots regard obstacles, in the order of the messages' numbers from 1."""
 
 
 class RobotState:

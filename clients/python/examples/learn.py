@@ -48,7 +48,7 @@ class Settings:
     random_steps: int = 300
     capacity: int = 100_000
     entropy: float = -1.5
-    """Of the policy, for each number of an action."""
+    """Target entropy of the policy, for each number of an action."""
     log_alpha: float = -4.0
     """Begin of the entropy's weight."""
     demonstrations: int = 60
