@@ -67,6 +67,7 @@ class ArmsTest(WithCell):
         target[:3, :3] = np.array([[1, 0, 0], [0, c, -s], [0, s, c]]) @ target[:3, :3]
         with self.assertRaisesRegex(RobotError, r"tilted by 5\.7\d\d deg"):
             scara.move_to(target)
+        scara.initialise()
         scara.move_by([0, 0, 0.02])
 
     def test_every_arm_picks_a_gear(self):

@@ -77,12 +77,21 @@ void KeyRecorder::begin_run() {
   ++run_;
   absent_.clear();
   demanded_.clear();
+  read_.clear();
+  maps_.clear();
 }
 
 void KeyRecorder::end_run() {
   for (const std::string& key : absent_) {
     Record& record = at(key);
     (demanded_.contains(key) ? record.was_demanded : record.was_optional) = true;
+  }
+  // A key that was not asked for may be absent.
+  for (const auto& [map, words] : maps_) {
+    for (const std::string& word : words) {
+      const std::string key = map.empty() ? word : map + "." + word;
+      if (!read_.contains(key)) at(key).was_optional = true;
+    }
   }
 }
 
@@ -94,6 +103,7 @@ bool KeyRecorder::is_present(const std::string& key) {
   const bool present =
       choice(key, "present") % 100 < kShares.at(choice(around, "share") % kShares.size());
   at(key);
+  read_.insert(key);
   if (!present) absent_.insert(key);
   return present;
 }
@@ -167,6 +177,7 @@ void KeyRecorder::map(const std::string& key, std::span<const std::string_view> 
   Record& record = at(key);
   record.is_map = true;
   for (const std::string_view word : known) add(record.keys, word);
+  if (!absent_.contains(key)) maps_.insert_or_assign(key, record.keys);
 }
 
 std::string KeyRecorder::name(const std::string& key) {

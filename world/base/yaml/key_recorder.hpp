@@ -95,7 +95,10 @@ class KeyRecorder {
 
   std::uint64_t run_ = 0;
   std::map<std::string, Record> records_;
-  std::set<std::string> absent_, demanded_;  // in this run
+  // In this run: keys that are absent, without which there is an error, that were asked for; and
+  // the known keys of the maps that are present.
+  std::set<std::string> absent_, demanded_, read_;
+  std::map<std::string, std::vector<std::string>> maps_;
 };
 
 }  // namespace aprsim::yaml

@@ -110,18 +110,18 @@ TEST(PalmRelaxation, GoesOnBitForBitFromASavedState) {
   const auto saved = soft.cell.world.save();
   soft.cell.advance(300);
   const double force = soft.force_n();
-  const auto hash = soft.cell.now.state_hash;
+  const auto hash = soft.cell.world.state_hash();
   soft.cell.world.restore(saved);
   soft.cell.advance(300);
   EXPECT_EQ(soft.force_n(), force);
-  EXPECT_EQ(soft.cell.now.state_hash, hash);
+  EXPECT_EQ(soft.cell.world.state_hash(), hash);
 }
 
 TEST(ForceSensorErrors, AreReadAndChangeNoMotion) {
   Press exact(""), biased(", force_sensor: {bias_n: [0, 0, -35], drift_n_s: [0, 0, 0.01]}");
   EXPECT_NEAR(exact.force_n(), 0, 1e-6);
   // The tool's z points down.
-  EXPECT_NEAR(biased.force_n(), 35 - 0.01 * seconds(biased.cell.now.sim_time), 1e-4);
+  EXPECT_NEAR(biased.force_n(), 35 - 0.01 * seconds(biased.cell.now.time), 1e-4);
   exact.touch();
   biased.touch();
   EXPECT_NEAR(exact.height_m(), biased.height_m(), 1e-5);

@@ -26,7 +26,7 @@ TEST_F(DataPathsTest, EnvironmentComesFirst) {
 TEST_F(DataPathsTest, SceneNamesAreSortedAndLeaveTypesOut) {
   EXPECT_EQ(
       scene_names(default_data_paths()),
-      (std::vector<std::string>{"aprs", "aprs_2024", "aprs_2025", "aprs_lab", "empty_belt",
+      (std::vector<std::string>{"aprs", "aprs_2024", "aprs_2025", "aprs_lab", "arms", "empty_belt",
                                 "fanuc_only", "motoman_only", "sorting", "table1", "taskboard"}));
   EXPECT_TRUE(scene_names({directory_ + "/none", ""}).empty());
 }

@@ -71,7 +71,8 @@ INSTANTIATE_TEST_SUITE_P(
              "max_speed_m_s, max_accel_m_s2, max_decel_m_s2, emergency_decel_m_s2, photo_eyes (did "
              "you mean max_speed_m_s?)"},
         Case{"unknown_at_top", "seed: 7", "@colour: 7", "colour",
-             "found an unknown key, expected one of seed, types, physics, pockets, gear_types, "
+             "found an unknown key, expected one of base, seed, types, physics, pockets, "
+             "gear_types, "
              "tray_types, part_types, robot_types, tools, robots, cameras, conveyor, "
              "light_curtain, fixed, fixtures, holders, floor, trays, gears, parts"},
         Case{"unknown_in_list", "yaw_deg: 90\n", "@yaw_degg: 90\n", "trays[0].yaw_degg",
