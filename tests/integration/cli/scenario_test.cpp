@@ -234,19 +234,23 @@ TEST(ScenarioRun, StopsWhatItStartedWhenItIsInterrupted) {
   EXPECT_EQ(kill(std::stoi(text_of_file(report + "/pid")), 0), -1) << "its controller is there";
 }
 
-TEST(ScenarioCheck, TwoWithFileLineAndKey) {
+TEST(ScenarioCheck, MistakesHaveFileLineAndKey) {
   const TemporaryDirectory directory;
   std::string text = kShort;
   text.replace(text.find("protective-stop"), 15, "protective-stpo");
   const auto file = directory.write("bad.yaml", text);
-  for (const char* command : {"check", "run"}) {
-    const auto result = run_scenario_command({command, file});
-    EXPECT_EQ(result.exit_code, 2) << result.out;
-    EXPECT_EQ(result.err.rfind("aprsim: " + file + ":7:", 0), 0U) << result.err;
-    EXPECT_NE(result.err.find("faults[0].kind: found no kind of fault \"protective-stpo\""),
+  // To check a file is to tell its mistakes; to run it needs one without.
+  const auto checked = run_scenario_command({"check", file});
+  const auto run = run_scenario_command({"run", file});
+  EXPECT_EQ(checked.exit_code, 1) << checked.out;
+  EXPECT_EQ(run.exit_code, 2) << run.out;
+  EXPECT_EQ(checked.out.rfind(file + ":7:", 0), 0U) << checked.out;
+  EXPECT_EQ(run.err.rfind("aprsim: " + file + ":7:", 0), 0U) << run.err;
+  for (const std::string& told : {checked.out, run.err}) {
+    EXPECT_NE(told.find("faults[0].kind: found no kind of fault \"protective-stpo\""),
               std::string::npos)
-        << result.err;
-    EXPECT_NE(result.err.find("did you mean protective-stop?"), std::string::npos) << result.err;
+        << told;
+    EXPECT_NE(told.find("did you mean protective-stop?"), std::string::npos) << told;
   }
 }
 
