@@ -51,6 +51,7 @@ set(CPACK_DEBIAN_DOC_DESCRIPTION "documents of the simulated robot cell aprsim
 The site of all documents, with search. The daemon serves it under /docs.")
 
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-aprsim)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${debian}/python/postinst ${debian}/python/prerm)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
