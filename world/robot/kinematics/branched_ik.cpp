@@ -210,6 +210,12 @@ double BranchedIk::posture_cost(const Choice& choice) const {
   return choice.cost + kLimitWeight * crowding;
 }
 
+Result<double> BranchedIk::choose_elbow(const Eigen::Isometry3d& X_BF,
+                                        const JointVector& seed) const {
+  if (dof() > 6) return search_elbow(X_BF, seed);
+  return nearest(X_BF, seed, 0).map([](const JointVector&) { return 0.0; });
+}
+
 Result<double> BranchedIk::search_elbow(const Eigen::Isometry3d& X_BF,
                                         const JointVector& seed) const {
   // The cost has several minima in the elbow angle: a scan brackets the best one before it is

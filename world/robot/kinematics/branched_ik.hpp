@@ -16,6 +16,11 @@ class BranchedIk : public InverseKinematics {
                                             double elbow_rad) const override;
   [[nodiscard]] Result<JointVector> nearest(const Eigen::Isometry3d& X_BF, const JointVector& seed,
                                             double elbow_rad) const override;
+  /// A redundant arm gives its own.
+  [[nodiscard]] double elbow_of(const JointVector& /*q*/) const override { return 0; }
+  /// By search_elbow() of a redundant arm.
+  [[nodiscard]] Result<double> choose_elbow(const Eigen::Isometry3d& X_BF,
+                                            const JointVector& seed) const override;
 
   static constexpr int kMostBranches = 16;
   /// A pose tilted by less out of those that the axes allow counts as one of them [rad].

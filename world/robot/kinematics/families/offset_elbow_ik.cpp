@@ -90,9 +90,4 @@ api::Posture OffsetElbowIk::posture_of(const JointVector& q) const {
           sign(std::cos(q(4))), elbow_of(q)};
 }
 
-Result<double> OffsetElbowIk::choose_elbow(const Eigen::Isometry3d& X_BF,
-                                           const JointVector& seed) const {
-  return search_elbow(X_BF, seed);
-}
-
 }  // namespace aprsim::robot

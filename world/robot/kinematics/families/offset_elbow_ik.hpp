@@ -24,8 +24,6 @@ class OffsetElbowIk final : public BranchedIk {
   [[nodiscard]] double elbow_of(const JointVector& q) const override;
   /// Signs of joint 2, of the elbow's bend and of the wrist's side.
   [[nodiscard]] api::Posture posture_of(const JointVector& q) const override;
-  [[nodiscard]] Result<double> choose_elbow(const Eigen::Isometry3d& X_BF,
-                                            const JointVector& seed) const override;
 
   [[nodiscard]] Branches branches(const Eigen::Isometry3d& X_BF, const JointVector& seed,
                                   double elbow_rad) const override;

@@ -88,8 +88,6 @@ void OffsetWristIk::add_elbows(double t1, const Eigen::Matrix3d& R, const Eigen:
   }
 }
 
-double OffsetWristIk::elbow_of(const JointVector& /*q*/) const { return 0; }
-
 /// Signs of the branch: facing the target, elbow above the line from shoulder to wrist, axis 5.
 api::Posture OffsetWristIk::posture_of(const JointVector& q) const {
   const double radius = geometry_.shoulder_x + geometry_.upper * std::sin(q(1)) +
@@ -99,11 +97,6 @@ api::Posture OffsetWristIk::posture_of(const JointVector& q) const {
   // A positive angle of axis 3 turns the forearm down in front of the arm.
   const bool above = (std::sin(q(2)) >= 0) == facing;
   return {facing ? 1 : -1, above ? 1 : -1, std::sin(q(4)) >= 0 ? 1 : -1, 0};
-}
-
-Result<double> OffsetWristIk::choose_elbow(const Eigen::Isometry3d& X_BF,
-                                           const JointVector& seed) const {
-  return nearest(X_BF, seed, 0).map([](const JointVector&) { return 0.0; });
 }
 
 }  // namespace aprsim::robot

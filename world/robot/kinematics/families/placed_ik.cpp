@@ -30,10 +30,4 @@ api::Posture PlacedIk::posture_of(const JointVector& q) const {
   return family_->posture_of(placement_.family(q));
 }
 
-Result<double> PlacedIk::choose_elbow(const Eigen::Isometry3d& X_BF,
-                                      const JointVector& seed) const {
-  if (dof() > 6) return search_elbow(X_BF, seed);
-  return nearest(X_BF, seed, 0).map([](const JointVector&) { return 0.0; });
-}
-
 }  // namespace aprsim::robot

@@ -48,15 +48,9 @@ BranchedIk::Branches ScaraIk::branches(const Eigen::Isometry3d& X_BF, const Join
   return out;
 }
 
-double ScaraIk::elbow_of(const JointVector& /*q*/) const { return 0; }
-
 /// Only the elbow has two sides: +1 where it bends to the left.
 api::Posture ScaraIk::posture_of(const JointVector& q) const {
   return {1, std::sin(q(geometry_.turning[1])) >= 0 ? 1 : -1, 1, 0};
-}
-
-Result<double> ScaraIk::choose_elbow(const Eigen::Isometry3d& X_BF, const JointVector& seed) const {
-  return nearest(X_BF, seed, 0).map([](const JointVector&) { return 0.0; });
 }
 
 }  // namespace aprsim::robot

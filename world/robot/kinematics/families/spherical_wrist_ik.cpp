@@ -85,8 +85,6 @@ BranchedIk::Branches SphericalWristIk::branches(const Eigen::Isometry3d& X_BF,
   return out;
 }
 
-double SphericalWristIk::elbow_of(const JointVector& /*q*/) const { return 0; }
-
 /// Signs of the branch: facing the target, elbow above the shoulder-wrist line, wrist not flipped.
 api::Posture SphericalWristIk::posture_of(const JointVector& q) const {
   const JointVector t = q.cwiseProduct(geometry_.sign);
@@ -99,11 +97,6 @@ api::Posture SphericalWristIk::posture_of(const JointVector& q) const {
   // A forearm turned up hangs below the line to the wrist, and above it behind the back.
   const bool above = (bend <= 0) == facing;
   return {facing ? 1 : -1, above ? 1 : -1, t(4) >= 0 ? 1 : -1, 0};
-}
-
-Result<double> SphericalWristIk::choose_elbow(const Eigen::Isometry3d& X_BF,
-                                              const JointVector& seed) const {
-  return nearest(X_BF, seed, 0).map([](const JointVector&) { return 0.0; });
 }
 
 }  // namespace aprsim::robot

@@ -22,10 +22,7 @@ class SphericalWristIk final : public BranchedIk {
  public:
   SphericalWristIk(const ArmModel& model, SphericalWristGeometry geometry);
 
-  [[nodiscard]] double elbow_of(const JointVector& q) const override;
   [[nodiscard]] api::Posture posture_of(const JointVector& q) const override;
-  [[nodiscard]] Result<double> choose_elbow(const Eigen::Isometry3d& X_BF,
-                                            const JointVector& seed) const override;
 
   [[nodiscard]] Branches branches(const Eigen::Isometry3d& X_BF, const JointVector& seed,
                                   double elbow_rad) const override;

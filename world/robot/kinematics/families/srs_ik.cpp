@@ -109,8 +109,4 @@ api::Posture SrsIk::posture_of(const JointVector& q) const {
   return {sign(t(1)), sign(t(3)), sign(t(5)), elbow_of(q)};
 }
 
-Result<double> SrsIk::choose_elbow(const Eigen::Isometry3d& X_BF, const JointVector& seed) const {
-  return search_elbow(X_BF, seed);
-}
-
 }  // namespace aprsim::robot
