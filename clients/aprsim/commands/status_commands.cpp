@@ -34,7 +34,8 @@ Outcome<void> healthy(const v1::GetSnapshotResponse& status) {
 }  // namespace
 
 Outcome<void> run_command(const StatusCommand& command, Console& console) {
-  const auto status = CellConnection(console.endpoints).status();
+  CellConnection connection(console.endpoints);
+  const auto status = connection.status();
   if (!status) return tl::unexpected(status.error());
   if (console.json) {
     const auto line = message_line(status->snapshot());
@@ -42,7 +43,9 @@ Outcome<void> run_command(const StatusCommand& command, Console& console) {
     console.print(*line);
     return healthy(*status);
   }
-  console.print(status_text(status->snapshot(), console.screen.out));
+  const auto cell = connection.cell();
+  if (!cell) return tl::unexpected(cell.error());
+  console.print(status_text(status->snapshot(), *cell, console.screen.out));
   if (command.bodies) console.print(bodies_text(status->snapshot()));
   return healthy(*status);
 }
@@ -53,24 +56,26 @@ Outcome<void> run_command(const WatchCommand& command, Console& console) {
   LiveView view(console.out);
   std::uint64_t shown = 0;
   Outcome<void> shown_well;
-  const auto streamed =
-      CellConnection(console.endpoints).stream(command.rate_hz, [&](const auto& sample) {
-        if (console.json) {
-          const auto line = message_line(sample);
-          if (!line) {
-            shown_well = tl::unexpected(line.error());
-            return false;
-          }
-          console.print(*line);
-        } else if (in_place) {
-          view.show(console.escaped(status_text(sample.snapshot(), paint) +
-                                    dropped_text(sample.dropped_count())));
-          console.out.flush();
-        } else {
-          console.print(watch_line(sample.snapshot(), sample.dropped_count(), paint));
-        }
-        return console.out.good() && ++shown != command.count;
-      });
+  CellConnection connection(console.endpoints);
+  const auto cell = connection.cell();
+  if (!cell) return tl::unexpected(cell.error());
+  const auto streamed = connection.stream(command.rate_hz, [&](const auto& sample) {
+    if (console.json) {
+      const auto line = message_line(sample);
+      if (!line) {
+        shown_well = tl::unexpected(line.error());
+        return false;
+      }
+      console.print(*line);
+    } else if (in_place) {
+      view.show(console.escaped(status_text(sample.snapshot(), *cell, paint) +
+                                dropped_text(sample.dropped_count())));
+      console.out.flush();
+    } else {
+      console.print(watch_line(sample.snapshot(), sample.dropped_count(), paint));
+    }
+    return console.out.good() && ++shown != command.count;
+  });
   return shown_well ? streamed : shown_well;
 }
 

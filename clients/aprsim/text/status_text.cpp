@@ -54,14 +54,26 @@ std::string gripper_text(const v1::GripperState& gripper) {
   return out;
 }
 
-std::string robot_text(const v1::RobotState& robot, const Paint& paint) {
+/// Degrees, or millimetres of joints that slide, which have their unit.
+std::string joints_text(const v1::RobotState& robot, const v1::CellDescription& cell) {
+  const auto described =
+      std::ranges::find(cell.robots(), robot.name(), &v1::RobotDescription::name);
   std::string joints;
-  for (const auto& joint : robot.joints()) {
-    joints += fmt::format(" {:.2f}", joint.position_rad() * kDegrees);
+  for (int i = 0; i < robot.joints_size(); ++i) {
+    const double position = robot.joints(i).position_rad();
+    const bool slides = described != cell.robots().end() && i < described->joints_size() &&
+                        described->joints(i).prismatic();
+    joints += slides ? fmt::format(" {:.2f} mm", position * kMillimetres)
+                     : fmt::format(" {:.2f}", position * kDegrees);
   }
+  return joints;
+}
+
+std::string robot_text(const v1::RobotState& robot, const v1::CellDescription& cell,
+                       const Paint& paint) {
   return fmt::format("{}\n  state    {}{}\n  joints   [deg]{}\n  tool     [mm] {}\n  gripper  {}\n",
                      paint(Tone::kHeading, robot.name()), action_text(robot, paint),
-                     robot.drives_on() ? "" : ", drives off", joints,
+                     robot.drives_on() ? "" : ", drives off", joints_text(robot, cell),
                      point_mm(robot.tool_in_reference().position_m()),
                      gripper_text(robot.gripper()));
 }
@@ -122,7 +134,8 @@ double seconds(const google::protobuf::Duration& span) {
   return static_cast<double>(span.seconds()) + 1e-9 * span.nanos();
 }
 
-std::string status_text(const v1::Snapshot& snapshot, const Paint& paint) {
+std::string status_text(const v1::Snapshot& snapshot, const v1::CellDescription& cell,
+                        const Paint& paint) {
   std::string out = fmt::format(
       "{}\n  time     {:.3f} s, step {}, epoch {}\n  pace     {}\n  step     {:.3f} ms mean\n"
       "  contacts {}, deepest {:.3f} mm, {} physics faults, {} virtual joints\n",
@@ -131,7 +144,7 @@ std::string status_text(const v1::Snapshot& snapshot, const Paint& paint) {
       snapshot.contact_count(), snapshot.max_penetration_m() * kMillimetres,
       snapshot.physics_faults(), snapshot.virtual_joint_count());
   if (snapshot.has_virtual_time()) out += virtual_time_text(snapshot.virtual_time(), paint);
-  for (const auto& robot : snapshot.robots()) out += robot_text(robot, paint);
+  for (const auto& robot : snapshot.robots()) out += robot_text(robot, cell, paint);
   if (snapshot.has_conveyor()) out += belt_text(snapshot.conveyor(), paint);
   if (snapshot.has_light_curtain()) out += light_curtain_text(snapshot.light_curtain(), paint);
   const auto resting = std::ranges::count_if(snapshot.bodies(), &v1::BodyState::resting);

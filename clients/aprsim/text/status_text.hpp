@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "aprsim/v1/cell.pb.h"
 #include "aprsim/v1/snapshot.pb.h"
 #include "clients/aprsim/text/paint.hpp"
 
@@ -9,8 +10,10 @@ namespace aprsim::client {
 
 [[nodiscard]] double seconds(const google::protobuf::Duration& span);
 
-/// The state of the cell in several lines: time, health, robots, belt, bodies.
-[[nodiscard]] std::string status_text(const v1::Snapshot& snapshot, const Paint& paint);
+/// The state of the cell in several lines: time, health, robots, belt, bodies. `cell` tells which
+/// joints slide.
+[[nodiscard]] std::string status_text(const v1::Snapshot& snapshot, const v1::CellDescription& cell,
+                                      const Paint& paint);
 /// One line for each gear and tray.
 [[nodiscard]] std::string bodies_text(const v1::Snapshot& snapshot);
 /// One line for one sample of a stream.
