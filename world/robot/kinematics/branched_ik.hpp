@@ -18,7 +18,7 @@ class BranchedIk : public InverseKinematics {
                                             double elbow_rad) const override;
   /// A redundant arm gives its own.
   [[nodiscard]] double elbow_of(const JointVector& /*q*/) const override { return 0; }
-  /// By search_elbow() of a redundant arm.
+  /// A redundant arm searches: search_elbow().
   [[nodiscard]] Result<double> choose_elbow(const Eigen::Isometry3d& X_BF,
                                             const JointVector& seed) const override;
 
