@@ -110,7 +110,7 @@ class Pictures(WithCell):
         for picture in camera.stream("segmentation", hz=60):
             self.assertGreaterEqual(picture.step, last)
             last = picture.step
-            self.assertEqual(last % 10, 0)
+            self.assertLessEqual(last, wanted)  # a picture may show a step in between
             if last == wanted == 30:
                 break
             if last == wanted:
