@@ -110,19 +110,22 @@ class Http2:
         return struct.pack(">I", len(payload))[1:] + struct.pack(">BBI", kind, flags, stream) + payload
 
     @staticmethod
-    def headers_of(method):
-        """A header block, nothing in it indexed."""
+    def headers_of(method, metadata=()):
+        """A header block, nothing in it indexed; metadata in names and values below 127 bytes."""
         literal = lambda text: bytes([len(text)]) + text  # noqa: E731
         return (
             b"\x83\x86\x04" + literal(method) + b"\x01" + literal(b"cell")
             + b"\0" + literal(b"te") + literal(b"trailers")
             + b"\0" + literal(b"content-type") + literal(b"application/grpc")
+            + b"".join(b"\0" + literal(name) + literal(value) for name, value in metadata)
         )
 
-    def open_call(self, method=b"/aprsim.v1.TelemetryService/GetCell"):
+    def open_call(self, method=b"/aprsim.v1.TelemetryService/GetCell", metadata=()):
         """The frame that opens a call."""
         self.stream += 2
-        return self.frame(self.HEADERS, self.END_HEADERS, self.stream, self.headers_of(method))
+        return self.frame(
+            self.HEADERS, self.END_HEADERS, self.stream, self.headers_of(method, metadata)
+        )
 
     def call(self, method, message=b""):
         """The frames of a whole call of one message."""
