@@ -20,6 +20,19 @@ void cancel_call(grpc::ServerContextBase& context) {
   }
 }
 
+/// Whether a batch of operations that sent something is done. gRPC reports it without a hook point:
+/// kPostSendMessage is left out once the serialized message has been asked for.
+bool has_sent(grpc::experimental::InterceptorBatchMethods& methods) {
+  for (int i = 0; i < static_cast<int>(InterceptionHookPoints::NUM_INTERCEPTION_HOOKS); ++i) {
+    const auto point = static_cast<InterceptionHookPoints>(i);
+    if (point != InterceptionHookPoints::POST_SEND_MESSAGE &&
+        methods.QueryInterceptionHookPoint(point)) {
+      return false;
+    }
+  }
+  return true;
+}
+
 /// Counts the messages of one call, of which gRPC sends one at a time.
 class Holding final : public grpc::experimental::Interceptor {
  public:
@@ -28,14 +41,21 @@ class Holding final : public grpc::experimental::Interceptor {
   ~Holding() override { answers_.remove(number_); }
 
   void Intercept(grpc::experimental::InterceptorBatchMethods* methods) override {
-    if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_MESSAGE)) {
+    const bool sends_message =
+        methods->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_MESSAGE);
+    if (sends_message) {
       const grpc::ByteBuffer* message = methods->GetSerializedSendMessage();
       answers_.remove(number_);
       number_ = message == nullptr ? 0
                                    : answers_.add([&context = context_] { cancel_call(context); },
                                                   message->Length() + UnreadAnswers::kCallBytes);
     }
-    if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::POST_SEND_MESSAGE)) {
+    if (!sends_message &&
+        methods->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_INITIAL_METADATA)) {
+      sends_metadata_ = true;
+    }
+    // Metadata of a batch of their own are sent before the first message.
+    if (has_sent(*methods) && !std::exchange(sends_metadata_, false)) {
       answers_.remove(std::exchange(number_, 0));
     }
     methods->Proceed();
@@ -45,6 +65,7 @@ class Holding final : public grpc::experimental::Interceptor {
   UnreadAnswers& answers_;
   grpc::ServerContextBase& context_;
   std::uint64_t number_ = 0;
+  bool sends_metadata_ = false;  ///< a batch of its own is on its way
 };
 
 class HoldingFactory final : public grpc::experimental::ServerInterceptorFactoryInterface {

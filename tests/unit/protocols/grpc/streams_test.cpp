@@ -167,9 +167,8 @@ class EventsOfTheCell : public TelemetryFixture {
  protected:
   ~EventsOfTheCell() override { server_.reset(); }
 
-  void begin(std::size_t capacity = 100) {
+  void begin(std::size_t capacity = 100, grpc_server::TelemetryOptions options = {}) {
     log_ = std::make_unique<world::EventLog>(capacity);
-    grpc_server::TelemetryOptions options;
     options.events = log_.get();
     start(std::move(options));
   }
@@ -294,6 +293,25 @@ TEST_F(EventsOfTheCell, RefuseUnknownKinds) {
   request.add_kinds(static_cast<v1::CellEventKind>(99));
   EXPECT_EQ(past(request, grpc::StatusCode::INVALID_ARGUMENT), Numbers{});
   EXPECT_NE(message_.find("kinds: 99"), std::string::npos) << message_;
+}
+
+TEST_F(EventsOfTheCell, ComeAfterASilenceThatIsLongerThanAWriteMayTake) {
+  grpc_server::TelemetryOptions options;
+  options.write_timeout = 50ms;
+  begin(100, std::move(options));
+  grpc::ClientContext context;
+  set_deadline(context, 30s);
+  const auto reader = telemetry_->StreamEvents(&context, {});
+  reader->WaitForInitialMetadata();
+  v1::StreamEventsResponse response;
+  for (std::uint64_t i = 1; i <= 3; ++i) {
+    happen(HappenedKind::kGrasped);
+    ASSERT_TRUE(reader->Read(&response)) << reader->Finish().error_message();
+    EXPECT_EQ(response.event().sequence(), i);
+    // Long enough for the stream to be ended if it counted as stuck.
+    std::this_thread::sleep_for(500ms);
+  }
+  context.TryCancel();
 }
 
 TEST_F(EventsOfTheCell, EndWithTheServer) {
