@@ -9,6 +9,7 @@
 
 #include "world/api/snapshot/snapshot_fields.hpp"
 #include "world/archive/archive.hpp"
+#include "world/physics/bodies/divergence.hpp"
 #include "world/physics/model/physics_model.hpp"
 #include "world/physics/model/tool_changes.hpp"
 #include "world/physics/step/physics_step.hpp"
@@ -33,6 +34,12 @@ struct PhysicsState::Data {
       auto& [motion, origin_B, X_WB, v_com_W, omega_W, bounds, lost_step, mounted,
              decoupled_from_belt] = self;
       io(motion, origin_B, X_WB, v_com_W, omega_W, bounds, lost_step, mounted, decoupled_from_belt);
+    }
+    template <typename In>
+    void require_valid(In& in) const {
+      in.require(
+          !has_diverged(motion) && !has_diverged(BodyMotion{.v_W = v_com_W, .omega_W = omega_W}),
+          "a body that is faster than anything in a cell");
     }
   };
   std::vector<Body> bodies;

@@ -106,8 +106,8 @@ int PhysicsStep::substep_count() const {
       longest = std::max(longest, max_displacement_m(i));
   }
   if (longest <= kMaxDisplacement) return 1;
-  return std::min(kMaxSubsteps, 1 + static_cast<int>(std::ceil((longest - kMaxDisplacement) /
-                                                               kSubstepDisplacement)));
+  const double further = std::ceil((longest - kMaxDisplacement) / kSubstepDisplacement);
+  return 1 + static_cast<int>(std::min<double>(kMaxSubsteps - 1, further));
 }
 
 /// Largest displacement of a body in the coming step relative to anything that it may touch; 0 if

@@ -154,7 +154,7 @@ class SpeculativeSweep {
     constexpr int kMaxSubsteps = 64;
     const double parts =
         std::max(max_m_ / kSubstep, displacement_.max_rotation_m() / kRotationSubstep);
-    const int substeps = std::clamp(static_cast<int>(std::ceil(parts)), 1, kMaxSubsteps);
+    const int substeps = static_cast<int>(std::clamp<double>(std::ceil(parts), 1, kMaxSubsteps));
     // The middle of the coming step. Contacts there act at the mean pose (midpoint rule).
     const double middle = 0.5 / displacement_.steps;
     if (displacement_.max_rotation_m() > kMinRotation && middle * substeps < 1 &&
