@@ -114,7 +114,7 @@ void KeyRecorder::demand(const std::string& key) { demanded_.insert(key); }
 
 double KeyRecorder::number(const std::string& key, const Range& range) {
   auto& limits = at(key).number;
-  if (!limits) limits.emplace();
+  if (!limits) limits = Limits{};
   limits->min.merge(range.min, range.open_min);
   limits->max.merge(range.max, range.open_max);
   // Sizes of a cell, away from the ends.
@@ -126,7 +126,7 @@ double KeyRecorder::number(const std::string& key, const Range& range) {
 
 std::int64_t KeyRecorder::integer(const std::string& key, std::int64_t min, std::int64_t max) {
   auto& limits = at(key).integer;
-  if (!limits) limits.emplace();
+  if (!limits) limits = Limits{};
   const auto as_limit = [](std::int64_t value) {
     const bool is_open = value == INT64_MIN || value == INT64_MAX;
     return is_open ? std::copysign(HUGE_VAL, static_cast<double>(value))
