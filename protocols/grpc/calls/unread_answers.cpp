@@ -2,9 +2,12 @@
 
 #include <utility>
 
+#include <fmt/format.h>
 #include <grpcpp/server_context.h>
 #include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/interceptor.h>
+
+#include "protocols/grpc/calls/call_peer.hpp"
 
 namespace aprsim::grpc_server {
 namespace {
@@ -46,9 +49,10 @@ class Holding final : public grpc::experimental::Interceptor {
     if (sends_message) {
       const grpc::ByteBuffer* message = methods->GetSerializedSendMessage();
       answers_.remove(number_);
-      number_ = message == nullptr ? 0
-                                   : answers_.add([&context = context_] { cancel_call(context); },
-                                                  message->Length() + UnreadAnswers::kCallBytes);
+      number_ = message == nullptr
+                    ? 0
+                    : answers_.add([&context = context_] { cancel_call(context); }, context_.peer(),
+                                   message->Length() + UnreadAnswers::kCallBytes);
     }
     if (!sends_message &&
         methods->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_INITIAL_METADATA)) {
@@ -91,15 +95,16 @@ std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface> UnreadAns
   return std::make_unique<HoldingFactory>(*this, std::move(counts));
 }
 
-std::uint64_t UnreadAnswers::add(std::function<void()> cancel, std::size_t bytes) {
+std::uint64_t UnreadAnswers::add(std::function<void()> cancel, std::string peer,
+                                 std::size_t bytes) {
   const std::lock_guard lock(mutex_);
   bytes_ += bytes;
   // The newest message stays: most clients read it at once.
   for (auto& [number, message] : messages_) {
     if (bytes_ <= max_bytes_) break;
-    give_up(message);
+    give_up(message, fmt::format("unread answers exceed {} MB", max_bytes_ >> 20U));
   }
-  messages_[++last_number_] = {std::move(cancel), bytes, Clock::now()};
+  messages_[++last_number_] = {std::move(cancel), std::move(peer), bytes, Clock::now()};
   return last_number_;
 }
 
@@ -115,12 +120,13 @@ void UnreadAnswers::cancel_stuck(Clock::time_point now) {
   const std::lock_guard lock(mutex_);
   for (auto& [number, message] : messages_) {
     if (now - message.since < timeout_) break;
-    give_up(message);
+    give_up(message, fmt::format("an answer was not read within {} ms", timeout_.count()));
   }
 }
 
-void UnreadAnswers::give_up(Message& message) {
+void UnreadAnswers::give_up(Message& message, const std::string& why) {
   if (std::exchange(message.cancelled, true)) return;
+  log_.warn(fmt::format("ending a call of {}: {}", call_peer(message.peer).address, why));
   bytes_ -= message.bytes;
   message.cancel();
 }

@@ -7,15 +7,18 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <string_view>
 
 #include <grpcpp/support/server_interceptor.h>
+
+#include "protocols/net/limited_log.hpp"
 
 namespace aprsim::grpc_server {
 
 /// Bounds the messages that gRPC holds because their clients do not read them: HTTP/2's flow
 /// control lets a client keep any number of answers at the server. Beyond the limit the calls whose
-/// messages have waited longest are cancelled. Thread: any.
+/// messages have waited longest are cancelled, which is logged. Thread: any.
 class UnreadAnswers {
  public:
   using Clock = std::chrono::steady_clock;
@@ -38,19 +41,22 @@ class UnreadAnswers {
   [[nodiscard]] std::size_t bytes() const;
 
   // For the interceptor.
-  /// `cancel` cancels the call and works until remove() with the returned number.
-  [[nodiscard]] std::uint64_t add(std::function<void()> cancel, std::size_t bytes);
+  /// `cancel` cancels the call and works until remove() with the returned number. `peer`, for the
+  /// log: the identifier of gRPC.
+  [[nodiscard]] std::uint64_t add(std::function<void()> cancel, std::string peer,
+                                  std::size_t bytes);
   /// Has no effect on 0 or a second time.
   void remove(std::uint64_t number);
 
  private:
   struct Message {
     std::function<void()> cancel;
+    std::string peer;
     std::size_t bytes = 0;
     Clock::time_point since;
     bool cancelled = false;
   };
-  void give_up(Message& message);
+  void give_up(Message& message, const std::string& why);
 
   const std::size_t max_bytes_;
   const std::chrono::milliseconds timeout_;
@@ -58,6 +64,7 @@ class UnreadAnswers {
   std::map<std::uint64_t, Message> messages_;  // the oldest first
   std::size_t bytes_ = 0;
   std::uint64_t last_number_ = 0;
+  protocols::LimitedLog log_{"grpc"};
 };
 
 }  // namespace aprsim::grpc_server
