@@ -59,7 +59,10 @@ test('each camera is live while its panel is open, and asked for nothing else', 
   await until('the arm to move in the picture', async () => {
     return (await look(page.getByTestId('camera-fanuc_table'))).sum !== first.fanuc_table.sum;
   });
-  assert.match(await page.locator('.cameras').textContent(), /fanuc_table, 1280 × 720, step \d+/);
+  assert.match(
+    await page.locator('.cameras').textContent(),
+    /fanuc_table, 1280 × 720, \d+\.\d{3} s/
+  );
 
   await page.getByRole('tab', {name: 'Robots'}).click();
   let before = -1;

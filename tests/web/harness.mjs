@@ -99,11 +99,20 @@ export async function openPlainBrowser() {
   return browser;
 }
 
-/** Opens the daemon's page and waits for its first picture, if the browser can draw any. Errors and
- * warnings of the console are collected in `page.complaints`. */
+/** Runs inside the page. */
+function refuseWebGl() {
+  const {prototype} = HTMLCanvasElement;
+  const {getContext} = prototype;
+  prototype.getContext = function (kind, ...rest) {
+    return kind.startsWith('webgl') ? null : getContext.call(this, kind, ...rest);
+  };
+}
+
+/** Opens the daemon's page and waits for its first picture, if the browser can draw any. `webgl: false`
+ * keeps it from drawing. Errors and warnings of the console are collected in `page.complaints`. */
 export async function openPage(browser, daemon, options = {}) {
-  const {query = '', ...context} = options;
-  const frames = plainBrowsers.has(browser) ? 'none' : 'drawn';
+  const {query = '', webgl = true, ...context} = options;
+  const frames = webgl && !plainBrowsers.has(browser) ? 'drawn' : 'none';
   const page = await (
     await browser.newContext({
       viewport: {width: 1200, height: 800},
@@ -111,6 +120,7 @@ export async function openPage(browser, daemon, options = {}) {
       ...context
     })
   ).newPage();
+  if (!webgl) await page.addInitScript(refuseWebGl);
   page.setDefaultTimeout(kDeadline_ms); // software rendering on a busy machine
   page.complaints = [];
   page.on('console', (message) => {

@@ -206,7 +206,7 @@ test('CRCL documents show with type, id, state and latency', async () => {
   await client.run('DwellType', '<DwellTime>0.2</DwellTime>');
   const row = page.getByTestId('crcl-rows').locator('tr', {hasText: 'Dwell'}).first();
   await until('the command, done', async () => /Done\d+$/.test(await row.textContent()));
-  assert.match(await row.textContent(), new RegExp(`→fanucDwell${id}Done`));
+  assert.match(await row.textContent(), new RegExp(`→Dwellfanuc · ${id}Done`));
   await row.getByRole('button').click();
   assert.match(await page.locator('.xml').textContent(), /<DwellTime>0\.2<\/DwellTime>\n/);
   client.close();

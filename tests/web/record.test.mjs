@@ -258,7 +258,7 @@ test('commands are kept from before the page was opened, polls apart', async () 
   assert.match(
     await row.textContent(),
     new RegExp(
-      String.raw`^\d\d:\d\d:\d\d\.\d{3}\d+\.\d{3} s→fanucMessage${id}Done: kept in mind\d+$`
+      String.raw`^\d\d:\d\d:\d\d\.\d{3}\d+\.\d{3} s→Messagefanuc · ${id}Done: kept in mind\d+$`
     )
   );
   await row.getByRole('button').click();
@@ -267,7 +267,7 @@ test('commands are kept from before the page was opened, polls apart', async () 
   await later.getByTestId('stop-cell').click();
   const own = later.getByTestId('crcl-rows').locator('tr', {hasText: 'stop_cell'});
   await until('the page’s own command', async () =>
-    /→pagestop_cell\d+accepted/.test(await own.first().textContent())
+    /→stop_cellpage · \d+accepted/.test(await own.first().textContent())
   );
   const events = (await saved('Save as JSON', later))
     .trim()

@@ -105,9 +105,19 @@ function toggleLayer(layer: keyof Layers): void {
 
 function setTheme(dark: boolean): void {
   document.documentElement.dataset.theme = dark ? 'dark' : 'light';
-  localStorage.setItem('theme', dark ? 'dark' : 'light');
   view.setTheme(dark);
 }
+function changeTheme(): void {
+  const dark = document.documentElement.dataset.theme !== 'dark';
+  localStorage.setItem('theme', dark ? 'dark' : 'light');
+  setTheme(dark);
+}
+const isLight = matchMedia('(prefers-color-scheme: light)');
+/** The chosen colours, or the system's where none were chosen. */
+function followTheme(): void {
+  setTheme((localStorage.getItem('theme') ?? (isLight.matches ? 'light' : 'dark')) === 'dark');
+}
+isLight.addEventListener('change', followTheme);
 
 const shortcuts = new Shortcuts(
   [
@@ -147,7 +157,7 @@ const shortcuts = new Shortcuts(
     {
       keys: ['d'],
       does: 'dark or light colours',
-      run: () => setTheme(document.documentElement.dataset.theme !== 'dark')
+      run: changeTheme
     },
     ...kLayerNames.map(([layer, label, key]) => ({
       keys: [key],
@@ -164,12 +174,7 @@ const shortcuts = new Shortcuts(
   [() => pick.close(), () => crcl.closeDetail() || modbus.closeDetail(), () => start.close()]
 );
 
-const toolbar = new Toolbar(
-  state,
-  access,
-  () => setTheme(document.documentElement.dataset.theme !== 'dark'),
-  () => shortcuts.show()
-);
+const toolbar = new Toolbar(state, access, changeTheme, () => shortcuts.show());
 toolbar.element.querySelector('.brand')!.addEventListener('click', (event) => {
   event.preventDefault();
   view.goHome();
@@ -258,8 +263,5 @@ document
     ),
     offline
   );
-setTheme(
-  (localStorage.getItem('theme') ??
-    (matchMedia('(prefers-color-scheme: light)').matches ? 'light' : 'dark')) === 'dark'
-);
+followTheme();
 state.connection.start();

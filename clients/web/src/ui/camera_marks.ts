@@ -4,8 +4,10 @@ import type {CameraDescription, CellDescription, Snapshot} from '../protocol';
 import {toMatrix} from '../scene/convert';
 
 const kSvg = 'http://www.w3.org/2000/svg';
-const kColors = ['#f5b82e', '#3f8efc', '#37d67a', '#d64550'];
+const kColors = ['#ffcb4d', '#9cc8ff', '#7ff0ab', '#ffaaa5']; // light ones, over pictures
 const kPointer_m = 0.035;
+const kName_px = 10.5; // height of a name on screen
+const kCharacter = 0.62; // mean width of a character, in heights
 
 /** Pixel of a point in the camera frame; null behind the camera. */
 export function pixelOf(camera: CameraDescription, p: THREE.Vector3): [number, number] | null {
@@ -45,6 +47,7 @@ export function poseOf(header: string | null): THREE.Matrix4 | null {
 interface Mark {
   at: [number, number];
   to: [number, number];
+  name: string;
   text: string;
   color: string;
 }
@@ -83,6 +86,7 @@ export function marksOf(
       marks.push({
         at,
         to,
+        name: seen.body,
         text: `${robot.name}: ${seen.body} ${seen.xM.toFixed(3)} ${seen.yM.toFixed(3)} m, ${degrees}°`,
         color: kColors[i % kColors.length]!
       });
@@ -97,6 +101,47 @@ function element(name: string, attributes: Record<string, string | number>): SVG
   return out;
 }
 
+interface Box {
+  left: number;
+  right: number;
+  top: number;
+  bottom: number;
+}
+
+/** The first place beside a mark where its name is inside the picture and over no other name; null where
+ * none is free. */
+function placeOfName(
+  mark: Mark,
+  radius: number,
+  font: number,
+  size: Box,
+  taken: Box[]
+): Box | null {
+  const [u, v] = mark.at;
+  const width = kCharacter * font * mark.name.length;
+  const gap = 1.3 * radius;
+  for (const up of [0.5, 1.2, -0.2, 2, -1]) {
+    for (const left of [u + gap, u - gap - width]) {
+      const bottom = v + (0.5 - up + 0.5) * font;
+      const box = {left, right: left + width, top: bottom - font, bottom};
+      const isInside =
+        box.left >= size.left &&
+        box.right <= size.right &&
+        box.top >= size.top &&
+        box.bottom <= size.bottom;
+      const isFree = taken.every(
+        (other) =>
+          box.left >= other.right ||
+          box.right <= other.left ||
+          box.top >= other.bottom ||
+          box.bottom <= other.top
+      );
+      if (isInside && isFree) return box;
+    }
+  }
+  return null;
+}
+
 /** The drawing that lies over a picture. */
 export class CameraMarks {
   readonly element: SVGElement;
@@ -108,30 +153,41 @@ export class CameraMarks {
     });
   }
 
+  /** Names have the same size on screen for any size of the picture. A mark without room for its name
+   * shows it on hover. */
   show(marks: Mark[]): void {
-    const radius = this.camera.widthPx / 90;
+    const {widthPx, heightPx} = this.camera;
+    const radius = widthPx / 90;
+    const shown_px = this.element.getBoundingClientRect().width;
+    if (shown_px === 0) return this.element.replaceChildren(); // the panel was closed meanwhile
+    const font = (kName_px * widthPx) / shown_px;
+    const size = {left: 0, right: widthPx, top: 0, bottom: heightPx};
+    const taken: Box[] = [];
     this.element.replaceChildren(
-      ...marks.map(({at, to, text, color}) => {
+      ...marks.map((mark) => {
+        const {at, to, text, color} = mark;
         const group = element('g', {stroke: color, fill: 'none', 'stroke-width': radius / 5});
-        const name = element('title', {});
-        name.textContent = text;
-        const label = element('text', {
-          x: at[0] + 1.3 * radius,
-          y: at[1] - 0.6 * radius,
-          fill: color,
-          stroke: 'none',
-          'font-size': 1.6 * radius
-        });
-        label.textContent = text.slice(
-          text.indexOf(' ') + 1,
-          text.indexOf(' ', text.indexOf(' ') + 1)
-        );
+        const title = element('title', {});
+        title.textContent = text;
         group.append(
-          name,
+          title,
           element('circle', {cx: at[0], cy: at[1], r: radius, 'pointer-events': 'all'}),
-          element('line', {x1: at[0], y1: at[1], x2: to[0], y2: to[1]}),
-          label
+          element('line', {x1: at[0], y1: at[1], x2: to[0], y2: to[1]})
         );
+        const place = placeOfName(mark, radius, font, size, taken);
+        if (!place) return group;
+        taken.push(place);
+        const name = element('text', {
+          x: place.left,
+          y: place.bottom - 0.2 * font,
+          fill: color,
+          stroke: '#000b',
+          'stroke-width': 0.2 * font,
+          'paint-order': 'stroke',
+          'font-size': font
+        });
+        name.textContent = mark.name;
+        group.append(name);
         return group;
       })
     );

@@ -1,8 +1,9 @@
 // Pictures of the scene's cameras, live while the panel is open.
 import type {CameraDescription} from '../protocol';
-import type {State} from '../state';
+import {stepSize, type State} from '../state';
 import {CameraMarks, marksOf, poseOf} from './camera_marks';
 import {h, text} from './dom';
+import {simSeconds} from './time';
 
 /** One camera: its next picture is asked for when the last one has come. */
 class CameraView {
@@ -52,7 +53,7 @@ class CameraView {
       await this.picture.decode();
       if (before) URL.revokeObjectURL(before);
       this.mark(answer.headers.get('X-Pose'));
-      this.say(`step ${answer.headers.get('X-Step') ?? ''}`);
+      this.say(simSeconds(Number(answer.headers.get('X-Step')) * stepSize(this.state.cell)));
     } catch (error) {
       this.say(error instanceof Error ? error.message : String(error));
       await new Promise((next) => setTimeout(next, kRetry_ms));

@@ -7,6 +7,9 @@ import {button, card, Facts, h, text} from './dom';
 import {units} from './units';
 import {Vector3} from 'three';
 
+/** A length without zeros at its end. */
+const plain = (m: number): string => `${Number(units.lengthText(m))} ${units.length}`;
+
 const kReactions = ['none', 'belt stop', 'protective stop', 'belt and robots stop'];
 
 export class CurtainCard {
@@ -43,6 +46,7 @@ export class CurtainCard {
       h('div', {class: 'row'}, this.reach)
     );
     state.cellChanged.on((cell) => this.build(cell));
+    units.changed.on(() => state.cell && this.build(state.cell));
     state.display.on((snapshot) => this.show(snapshot));
   }
 
@@ -52,7 +56,7 @@ export class CurtainCard {
     if (!curtain) return;
     this.facts.set(
       'beams',
-      `${curtain.beams}, ${units.lengthText(curtain.pitchM)} ${units.length} apart, ${units.lengthText(curtain.rangeM)} ${units.length} long`
+      `${curtain.beams}, ${plain(curtain.pitchM)} apart, ${plain(curtain.rangeM)} long`
     );
     this.facts.set('reaction', kReactions[curtain.reaction] ?? '?');
     this.beams.replaceChildren(...Array.from({length: curtain.beams}, () => h('span')));

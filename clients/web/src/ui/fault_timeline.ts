@@ -66,7 +66,7 @@ export class FaultTimeline {
       const row = h(
         'li',
         {'data-testid': `timeline-${span.id}`, title: span.details},
-        h('span', {class: 'name'}, span.title),
+        h('span', {class: 'name', title: span.title}, span.title),
         track,
         times
       );

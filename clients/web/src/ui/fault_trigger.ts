@@ -22,8 +22,8 @@ export function duration(time_s: number): {seconds: bigint; nanos: number} {
 export function numberIn(field: HTMLInputElement, name: string): number {
   const text = field.value.trim().replace(',', '.');
   const value = Number(text);
-  if (text === '' || !Number.isFinite(value))
-    throw new Error(`${name}: “${field.value}” is not a number`);
+  if (text === '') throw new Error(`${name} is empty: it needs a number`);
+  if (!Number.isFinite(value)) throw new Error(`${name}: “${field.value}” is not a number`);
   return value;
 }
 

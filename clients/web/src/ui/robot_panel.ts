@@ -6,7 +6,7 @@ import {
   type RobotDescription,
   type RobotState
 } from '../protocol';
-import {commanderOf, kNotReady} from '../robot_status';
+import {commanderOf, kNotReady, statusOf} from '../robot_status';
 import type {State} from '../state';
 import type {CellView} from '../scene/cell_view';
 import type {Access} from './access';
@@ -234,7 +234,7 @@ export class RobotPanel {
       );
     return h(
       'section',
-      {class: 'card'},
+      {class: 'card gripper'},
       h('div', {class: 'row head'}, h('h2', {}, 'Gripper'), set('Open', 1), set('Close', 0)),
       this.gripper.element
     );
@@ -364,12 +364,15 @@ export class RobotPanel {
 
   private showStatus(robot: RobotState): void {
     text(this.description, units.inText(robot.action?.description ?? ''));
+    this.description.hidden = statusOf(robot).stopped !== ''; // then told beside the state of the robot
     const mode = String(robot.planning);
     // A choice that is being made stays.
     if (document.activeElement !== this.planning && this.planning.value !== mode) {
       this.planning.value = mode;
     }
     this.facts.set('ready', robot.initialized ? 'yes' : 'no', robot.initialized ? 'good' : '');
+    const f = robot.toolForceN;
+    this.facts.set('tool force', f ? `${Math.hypot(f.x, f.y, f.z).toFixed(1)} N` : '–');
     this.facts.set('drives', robot.drivesOn ? 'on' : 'off, brakes hold');
     this.facts.set(
       'last command',
@@ -383,7 +386,5 @@ export class RobotPanel {
       alarm ? `none, ${units.inText(alarm)}` : commanderOf(robot.motion),
       alarm ? 'bad' : ''
     );
-    const f = robot.toolForceN;
-    this.facts.set('tool force', f ? `${Math.hypot(f.x, f.y, f.z).toFixed(1)} N` : '–');
   }
 }

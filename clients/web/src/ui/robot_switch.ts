@@ -6,6 +6,8 @@ import type {Access} from './access';
 import {button, h, text} from './dom';
 import {units} from './units';
 
+const kFew = 2; // that have a row each
+
 interface Row {
   name: HTMLButtonElement;
   state: HTMLElement;
@@ -66,6 +68,7 @@ export class RobotSwitch {
       why: h('p', {class: 'why', 'aria-live': 'polite', 'data-testid': `why-${robot.name}`})
     }));
     this.element.hidden = robots.length === 0;
+    this.element.classList.toggle('many', robots.length > kFew);
     this.element.replaceChildren(
       ...this.rows.map(({name, state, speed, why}, i) =>
         h('div', {class: 'robot-row'}, name, state, speed, this.stopButton(robots[i]!.name, i), why)

@@ -144,6 +144,7 @@ export class Toolbar {
         button('?', help, {
           class: 'icon',
           'aria-label': 'Keyboard shortcuts',
+          'data-testid': 'help-button',
           title: 'Keyboard shortcuts (?)'
         })
       )
@@ -295,10 +296,8 @@ export class Toolbar {
   private showConnection(): void {
     const {connected, retryIn_s} = this.state;
     this.connection.dataset.state = connected ? 'up' : 'down';
-    text(
-      this.connection,
-      connected ? 'live' : `reconnecting in ${Math.max(retryIn_s, 0.1).toFixed(1)} s`
-    );
+    text(this.connection, connected ? 'live' : 'reconnecting');
+    this.connection.title = connected ? '' : `in ${Math.max(retryIn_s, 0.1).toFixed(1)} s`;
     document.body.classList.toggle('offline', !connected);
   }
 }

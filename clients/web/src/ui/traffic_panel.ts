@@ -42,7 +42,8 @@ export class TrafficPanel {
   private readonly more = button('Show more', () => this.showMore(), {hidden: true});
   private readonly filter = h('input', {
     type: 'search',
-    placeholder: 'Filter: type, id, state, text',
+    placeholder: 'Filter',
+    title: 'Words that type, id, state, client or content have',
     'aria-label': 'Filter'
   });
   private readonly source = h(
@@ -73,7 +74,7 @@ export class TrafficPanel {
     this.body = h('tbody', {'data-testid': `${wire}-rows`});
     this.quiet = h('input', {type: 'checkbox', checked: crcl, 'data-testid': `${wire}-quiet`});
     const heads = crcl
-      ? ['time', '⇄', 'from', 'type, id', 'state', 'ms']
+      ? ['time', '⇄', 'type, id', 'state', 'ms']
       : ['time', '⇄', 'function', 'registers', 'ms'];
     this.filter.addEventListener('input', () => this.draw());
     this.source.addEventListener('change', () => this.draw());
@@ -88,7 +89,6 @@ export class TrafficPanel {
           'div',
           {class: 'row'},
           this.filter,
-          crcl ? this.source : null,
           this.pauseButton,
           button('Clear', () => this.clear(), {
             title: 'Empty this list; the daemon keeps its own'
@@ -106,12 +106,15 @@ export class TrafficPanel {
             this.quiet,
             crcl ? 'hide polls' : 'hide reads'
           ),
+          crcl ? this.source : null,
           h('span', {class: 'fill'}),
-          button('Save as JSON', () => this.save('json'), {
-            title: 'Save the filtered list, one event a line'
+          button('JSON', () => this.save('json'), {
+            title: 'Save the filtered list as JSON, one event a line',
+            'aria-label': 'Save as JSON'
           }),
-          button('Save as text', () => this.save('text'), {
-            title: 'Save the filtered list as readable text'
+          button('Text', () => this.save('text'), {
+            title: 'Save the filtered list as readable text',
+            'aria-label': 'Save as text'
           })
         ),
         h(
@@ -296,8 +299,8 @@ export class TrafficPanel {
   private line(row: Row): HTMLElement {
     const {event} = row;
     const show = button(row.type || '?', () => this.show(row), {class: 'link'});
-    const crcl = this.wire === 'crcl';
-    const from = crcl ? '' : `${event.source === 'page' ? 'page' : event.peer} · `;
+    const client = this.wire === 'crcl' || event.source === 'page' ? event.source : event.peer;
+    const from = client.replace('crcl.', '');
     return h(
       'tr',
       {class: row.bad ? 'bad' : '', title: event.peer},
@@ -308,8 +311,7 @@ export class TrafficPanel {
         h('small', {title: 'simulated time'}, simSeconds(event.simTimeS))
       ),
       h('td', {}, event.fromClient ? '→' : '←'),
-      crcl ? h('td', {}, event.source.replace('crcl.', '')) : null,
-      h('td', {}, show, h('small', {}, `${from}${event.id}`)),
+      h('td', {}, show, h('small', {}, `${from} · ${event.id}`)),
       h('td', {class: 'summary'}, row.summary),
       h('td', {}, row.latency)
     );
@@ -330,6 +332,7 @@ export class TrafficPanel {
       this.content(event),
       cut > 0 ? h('small', {}, `${cut} further bytes were dropped.`) : ''
     );
+    this.detail.scrollIntoView({block: 'nearest'});
   }
 
   private content(event: WireEvent): HTMLElement {
