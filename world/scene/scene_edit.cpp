@@ -73,6 +73,7 @@ bool may_change(const std::vector<std::string>& keys) {
   if (keys[0] == "physics") return keys[1] != "step_s" && keys[1] != "simplification";
   if (keys[0] == "gear_types" || keys[0] == "tray_types") return keys.size() == 3;
   if (keys[0] == "part_types") return keys.size() == 3 && keys[2] != "pieces";
+  if (keys[0] == "devices") return keys.size() == 4 && keys[2] == "parameters";
   return keys[0] == "robots" && keys.size() >= 4 && keys[2] == "vision" && keys[3] != "rate_hz" &&
          keys[3] != "latency_s";
 }
@@ -123,7 +124,7 @@ Result<Scene> with_value(const Scene& scene, const std::string& path, const std:
             "' cannot be changed in a running cell; these values can: physics (except step_s and "
             "simplification), gear_types.TYPE, tray_types.TYPE, part_types.TYPE (except pieces), "
             "robots.NAME.vision (except rate_hz "
-            "and latency_s)");
+            "and latency_s), devices.NAME.parameters.PARAMETER");
   }
   auto tree = tree_of(scene);
   if (!tree) return tl::unexpected(std::move(tree.error()));

@@ -9,6 +9,7 @@
 #include "world/api/description/cell_description.hpp"
 #include "world/api/values/pose.hpp"
 #include "world/scene/model/camera.hpp"
+#include "world/scene/model/device.hpp"
 #include "world/scene/model/ode_settings.hpp"
 #include "world/scene/model/parts.hpp"
 #include "world/scene/model/robot.hpp"
@@ -107,6 +108,7 @@ struct Scene {
   std::vector<TrayInstance> trays;
   std::vector<GearInstance> gears;  ///< loose and in slots alike; a slot's gear has its slot's pose
   std::vector<PartInstance> parts;
+  std::vector<Device> devices;  ///< of extensions
 };
 
 }  // namespace aprsim::scene

@@ -8,6 +8,7 @@
 #include "world/scene/model/pieces.hpp"
 #include "world/scene/readers/camera_reader.hpp"
 #include "world/scene/readers/crcl_joint_reader.hpp"
+#include "world/scene/readers/device_reader.hpp"
 #include "world/scene/readers/light_curtain_reader.hpp"
 #include "world/scene/readers/piece_reader.hpp"
 #include "world/scene/readers/reading.hpp"
@@ -453,6 +454,7 @@ BodyNodes read_objects(const yaml::Map& keys, const Types& types, Scene& scene) 
   for (const yaml::Node& node : keys["trays"].items()) reader.tray(node);
   for (const yaml::Node& node : keys["gears"].items()) reader.loose_gear(node);
   for (const yaml::Node& node : keys["parts"].items()) reader.part(node);
+  read_devices(keys["devices"], scene);
   return reader.nodes();
 }
 

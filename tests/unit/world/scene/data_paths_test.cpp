@@ -23,6 +23,17 @@ TEST_F(DataPathsTest, EnvironmentComesFirst) {
   EXPECT_EQ(default_data_paths().models, directory_ + "/models");
 }
 
+TEST_F(DataPathsTest, ExtensionsAreInAddedThenListedThenInstalledDirectories) {
+  setenv("APRSIM_EXTENSIONS", "/listed:/more::/listed", 1);
+  add_extension_directories({"/added", "/more"});
+  const std::vector<std::string> found = default_data_paths().extensions;
+  unsetenv("APRSIM_EXTENSIONS");
+  ASSERT_EQ(found.size(), 4U);
+  EXPECT_EQ(std::vector(found.begin(), found.begin() + 3),
+            (std::vector<std::string>{"/added", "/more", "/listed"}));
+  EXPECT_TRUE(found.back().ends_with("/lib/aprsim/extensions")) << found.back();
+}
+
 TEST_F(DataPathsTest, SceneNamesAreSortedAndLeaveTypesOut) {
   EXPECT_EQ(
       scene_names(default_data_paths()),

@@ -74,7 +74,17 @@ INSTANTIATE_TEST_SUITE_P(
              "found an unknown key, expected one of base, seed, types, physics, pockets, "
              "gear_types, "
              "tray_types, part_types, robot_types, tools, robots, cameras, conveyor, "
-             "light_curtain, fixed, fixtures, holders, floor, trays, gears, parts"},
+             "light_curtain, fixed, fixtures, holders, floor, trays, gears, parts, devices"},
+        Case{"extension_with_a_path", "seed: 7", "devices: [{name: a, extension: @../b}]",
+             "devices[0].extension",
+             "found \"../b\", expected the name of an extension: up to 64 letters, digits, '_' and "
+             "'-'"},
+        Case{"two_devices_of_a_name", "seed: 7",
+             "devices: [{name: a, extension: b}, {name: @a, extension: c}]", "devices[1].name",
+             "found \"a\", expected a name that no other device has"},
+        Case{"map_as_a_parameter", "seed: 7",
+             "devices: [{name: a, extension: b, parameters: {c: @{d: 1}}}]",
+             "devices[0].parameters.c", "found a map, expected text"},
         Case{"unknown_in_list", "yaw_deg: 90\n", "@yaw_degg: 90\n", "trays[0].yaw_degg",
              "found an unknown key, expected one of name, type, on, xy_m, yaw_deg, xyz_m, "
              "rpy_deg, gears, reachable_by (did you mean yaw_deg?)"},
