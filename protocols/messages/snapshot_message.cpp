@@ -154,6 +154,23 @@ void write_tools(const api::Snapshot& snapshot, const Entities* entities, v1::Sn
   }
 }
 
+void write_devices(const api::Snapshot& snapshot, v1::Snapshot& message) {
+  const auto& described = snapshot.cell->devices;
+  const std::size_t count = std::min(described.size(), snapshot.devices.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const api::DeviceSnapshot& device = snapshot.devices[i];
+    v1::DeviceState& out = *message.add_devices();
+    write_fields(device, out);
+    out.set_name(described[i].name);
+    const std::size_t signals = std::min(described[i].signals.size(), device.signals.size());
+    for (std::size_t s = 0; s < signals; ++s) {
+      v1::SignalValue& signal = *out.add_signals();
+      signal.set_name(described[i].signals[s]);
+      signal.set_value(device.signals[s]);
+    }
+  }
+}
+
 void write_contacts(const api::Snapshot& snapshot, const Entities* entities,
                     v1::Snapshot& message) {
   for (const auto& contact : snapshot.contacts) {
@@ -241,6 +258,7 @@ void write_message(const api::Snapshot& snapshot, const std::string& instance_id
   }
   if (wanted(v1::Snapshot::kBodiesFieldNumber)) write_bodies(snapshot, parts.entities, message);
   if (wanted(v1::Snapshot::kToolsFieldNumber)) write_tools(snapshot, parts.entities, message);
+  if (wanted(v1::Snapshot::kDevicesFieldNumber)) write_devices(snapshot, message);
   if (wanted(v1::Snapshot::kContactsFieldNumber)) write_contacts(snapshot, parts.entities, message);
   if (wanted(v1::Snapshot::kStateHashFieldNumber)) message.set_state_hash(state_hash(snapshot));
   if (wanted(v1::Snapshot::kUnintendedContactsFieldNumber)) {

@@ -46,6 +46,9 @@ std::uint64_t state_hash(const api::Snapshot& snapshot) {
     hash.add(robot.gripper.separation_m);
   }
   hash.add(snapshot.conveyor.travel_m);
+  for (const auto& device : snapshot.devices) {
+    for (const double signal : device.signals) hash.add(signal);
+  }
   return hash.value();
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "world/cell/state_bytes.hpp"
+#include "world/devices/device_group.hpp"
 #include "world/scene/scene_edit.hpp"
 
 namespace aprsim::world {
@@ -29,6 +30,7 @@ Result<int> find_body(const World& world, const std::string& name) {
 Result<WorldPtr> with_value(const World& world, const api::SetSceneValue& set) {
   auto scene = scene::with_value(*world.scene(), set.path, set.value);
   if (!scene) return tl::unexpected(std::move(scene.error()));
+  if (auto ok = devices::check_devices(*scene, "scene"); !ok) return tl::unexpected(ok.error());
   WorldPtr next = world.in_scene(*std::move(scene));
   // The state is the same bit for bit; the constants are those of the new scene.
   const WorldState blank = next->save();
@@ -57,6 +59,7 @@ Result<WorldPtr> with_body(const World& world, const api::SpawnBody& spawn) {
   }
   auto scene = scene::with_body(*world.scene(), spawn.type, spawn.name, spawn.X_WB);
   if (!scene) return tl::unexpected(std::move(scene.error()));
+  if (auto ok = devices::check_devices(*scene, "scene"); !ok) return tl::unexpected(ok.error());
   WorldPtr next = world.in_scene(*std::move(scene));
   std::vector<int> old_of;
   int spawned = -1;

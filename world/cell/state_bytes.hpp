@@ -12,7 +12,7 @@ namespace aprsim::world {
 
 /// Version of the layout of the bytes below: rises with every change of the state's members. Bytes
 /// of another version cannot be read.
-inline constexpr std::uint32_t kStateVersion = 11;
+inline constexpr std::uint32_t kStateVersion = 12;
 
 /// A saved state as bytes, complete and bit for bit. `layout`, if given, receives the places of its
 /// numbers. Thread: any.

@@ -9,6 +9,7 @@
 #include "world/api/snapshot/snapshot_fields.hpp"
 #include "world/archive/archive.hpp"
 #include "world/cell/describe_cell.hpp"
+#include "world/cell/device_executor.hpp"
 #include "world/cell/fault_executor.hpp"
 #include "world/cell/machines/describe_robot.hpp"
 #include "world/cell/state_bytes.hpp"
@@ -98,6 +99,8 @@ World::World(std::shared_ptr<const scene::Scene> scene, ArmModels models, std::u
   }
   physics_.emplace(*scene_, *models_, X_WL);
   counts_ = std::make_shared<const archive::WorldCounts>(counts_of(settings_, *models_, *physics_));
+  devices_ =
+      std::make_unique<devices::DeviceGroup>(*scene_, devices::names_of(*scene_), scene_->file);
   describe();
   loose_.reserve(settings_.tool_count);
   if (settings_.conveyor) {
@@ -195,7 +198,7 @@ void World::step() {
 
 /// Whether a time is bound to come at which something happens in a cell that is at rest.
 bool World::awaits_time() const {
-  return !faults_.idle() || (conveyor_ && conveyor_->awaits_time()) ||
+  return !faults_.idle() || !devices_->empty() || (conveyor_ && conveyor_->awaits_time()) ||
          std::ranges::any_of(robots_, &SimulatedRobot::awaits_time) ||
          (detector_ && !detector_->save().empty());
 }
@@ -213,6 +216,7 @@ void World::step_still(std::uint64_t steps) {
 void World::advance() {
   // Injected faults begin and end between two steps.
   run_faults();
+  run_devices();
   set_surroundings();
   for (std::size_t i = 0; i < robots_.size(); ++i) step_robot(i);
   // The belt's drive advances its ramp; the physics carries the bodies on the belt.
@@ -248,6 +252,22 @@ void World::run_faults() {
   if (before == intruders_.size()) return;
   occluders_->gather(robots_, *physics_, intruders_);
   read_light_curtain();
+}
+
+void World::run_devices() {
+  if (devices_->empty()) return;
+  const auto actions =
+      devices_->step(device_view_.of({.settings = settings_,
+                                      .robot_names = devices_->names().robots,
+                                      .robots = robots_,
+                                      .physics = *physics_,
+                                      .conveyor = conveyor(),
+                                      .photo_eyes = photo_eyes_ ? &*photo_eyes_ : nullptr,
+                                      .step = steps_,
+                                      .time = time()}));
+  DeviceExecutor executor(
+      {robots_, *physics_, conveyor_ ? &*conveyor_ : nullptr, settings_.step_s});
+  for (const devices::Action& action : actions) executor.carry_out(action);
 }
 
 void World::step_robot(std::size_t i) {
@@ -367,6 +387,7 @@ void World::adopt(const World& old, std::span<const int> old_of) {
   faults_.renumber(new_of);
   unintended_contacts_ = old.unintended_contacts_;
   unintended_contacts_.renumber(new_of);
+  devices_->adopt(*old.devices_);
   gather_intruders(lasting_effects().intruders);
 }
 
@@ -441,6 +462,7 @@ WorldState World::save() const {
                    .intruder = intruder_,
                    .faults = faults_,
                    .unintended_contacts = unintended_contacts_,
+                   .devices = devices_->state(),
                    .apart = detector_ ? detector_->save() : EventDetector::State{}};
   for (const auto& robot : robots_) state.robots.push_back(robot.save());
   return state;
@@ -464,6 +486,7 @@ void World::restore(const WorldState& state) {
   intruder_ = state.intruder;
   faults_ = state.faults;
   unintended_contacts_ = state.unintended_contacts;
+  devices_->set_state(state.devices);
   gather_intruders(lasting_effects().intruders);
   if (detector_) begin_detection(state.apart);
 }
@@ -482,6 +505,10 @@ std::uint64_t World::state_hash() const {
     for (const double position_rad : robot.q()) mix(hash, position_rad);
   }
   if (conveyor_) mix(hash, conveyor_->state().travel_m);
+  for (const devices::DeviceState& device : devices_->state()) {
+    for (const double number : device.numbers) mix(hash, number);
+    mix(hash, device.fault.empty() ? 0 : 1);
+  }
   return hash;
 }
 
@@ -500,6 +527,7 @@ void World::describe() {
     cell->robots.push_back(describe_robot(scene_->robots[i], (*models_)[i]));
   }
   cell->fixed = physics_->fixed_names();
+  devices_->describe(cell->devices);
   description_ = std::move(cell);
 }
 
@@ -520,6 +548,7 @@ void World::write(api::Snapshot& out) const {
   out.faults = faults_.list();
   write_bodies(out.bodies);
   write_tools(out.tools);
+  devices_->write(out.devices);
   out.contact_count = physics_->contact_count();
   physics_->write_contacts(out.contacts);
   out.unintended_contacts = unintended_contacts_.list();

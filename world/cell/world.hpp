@@ -11,6 +11,7 @@
 #include "world/api/snapshot/snapshot.hpp"
 #include "world/cell/cell_readings.hpp"
 #include "world/cell/cell_settings.hpp"
+#include "world/cell/device_view.hpp"
 #include "world/cell/machines/conveyor_drive.hpp"
 #include "world/cell/machines/simulated_robot.hpp"
 #include "world/cell/observation/cell_surroundings.hpp"
@@ -19,6 +20,7 @@
 #include "world/cell/observation/unintended_contacts.hpp"
 #include "world/cell/standstill.hpp"
 #include "world/cell/world_state.hpp"
+#include "world/devices/device_group.hpp"
 #include "world/faults/fault_effects.hpp"
 #include "world/faults/fault_schedule.hpp"
 #include "world/physics/physics_world.hpp"
@@ -38,9 +40,10 @@ using ArmModels = std::shared_ptr<const std::vector<robot::ArmModel>>;
 /// scene, seed and commands at the same steps give the same bits. Thread: one at a time.
 class World {
  public:
-  /// Throws std::runtime_error naming the robot and cause when a model cannot be used.
-  /// `prefetchers`, one a robot, make motion plans ahead and must outlive the world; without them
-  /// plans are made when they are needed, with the same bits.
+  /// Throws std::runtime_error naming the robot and cause when a model cannot be used, or the
+  /// device and cause when its extension cannot. `prefetchers`, one a robot, make motion plans
+  /// ahead and must outlive the world; without them plans are made when they are needed, with the
+  /// same bits.
   World(std::shared_ptr<const scene::Scene> scene, std::uint64_t seed,
         std::span<robot::PlanPrefetcher* const> prefetchers = {});
   /// The same with models that load_models() has read.
@@ -135,6 +138,7 @@ class World {
   [[nodiscard]] bool reads_sensors_at(std::uint64_t step) const;
   void set_surroundings();
   void run_faults();
+  void run_devices();
   void step_robot(std::size_t index);
   void gather_loose_tools(const SimulatedRobot& robot);
   [[nodiscard]] int robot_with(int tool) const;  ///< -1 = none
@@ -178,6 +182,8 @@ class World {
   UnintendedContacts unintended_contacts_;
   std::optional<EventDetector> detector_;  ///< none unless events are watched
   std::vector<api::Intruder> intruders_;   ///< with those of faults, which come last
+  std::unique_ptr<devices::DeviceGroup> devices_;
+  DeviceView device_view_;
   Standstill standstill_;
 };
 

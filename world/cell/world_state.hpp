@@ -11,6 +11,7 @@
 #include "world/cell/machines/simulated_robot.hpp"
 #include "world/cell/observation/event_detector.hpp"
 #include "world/cell/observation/unintended_contacts.hpp"
+#include "world/devices/device_state.hpp"
 #include "world/faults/fault_schedule.hpp"
 #include "world/physics/physics_world.hpp"
 #include "world/scene/model/scene.hpp"
@@ -38,6 +39,7 @@ struct WorldState {
   std::optional<api::Intruder> intruder;
   FaultSchedule faults;
   UnintendedContacts unintended_contacts;
+  std::vector<devices::DeviceState> devices;
   EventDetector::State apart;  ///< of a world whose events are watched
 
   /// Memory without shared parts, approximately.
@@ -45,6 +47,7 @@ struct WorldState {
     std::uint64_t sum = sizeof *this + physics.bytes() + faults.bytes() +
                         apart.capacity() * sizeof(EventDetector::SeparatedContact);
     for (const auto& robot : robots) sum += robot.bytes();
+    for (const auto& device : devices) sum += device.bytes();
     return sum;
   }
   /// The scene as it was loaded.
@@ -68,9 +71,9 @@ struct WorldState {
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
     auto& [scene, base, counts, seed, steps, robots, conveyor, photo_eyes, physics, vision, curtain,
-           intruder, faults, unintended_contacts, apart] = self;
+           intruder, faults, unintended_contacts, devices, apart] = self;
     io(seed, steps, robots, conveyor, photo_eyes, physics, vision, curtain, intruder, faults,
-       unintended_contacts, apart);
+       unintended_contacts, devices, apart);
   }
   template <typename In>
   void require_valid(In& in) const {

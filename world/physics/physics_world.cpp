@@ -75,6 +75,11 @@ void PhysicsWorld::set_velocity(int body, const Eigen::Vector3d& v_com_W,
   impl_->placement.set_velocity(body, v_com_W, omega_W);
 }
 
+void PhysicsWorld::add_impulse(int body, const Eigen::Vector3d& impulse_W,
+                               const Eigen::Vector3d& angular_W) {
+  impl_->placement.add_impulse(body, impulse_W, angular_W);
+}
+
 void PhysicsWorld::set_decoupled_from_belt(int body, bool decoupled_from_belt) {
   impl_->placement.set_decoupled_from_belt(body, decoupled_from_belt);
 }

@@ -58,6 +58,7 @@ class PhysicsWorld {
   // ---- between two steps: see BodyPlacement
   using Placement = BodyPose;
   void set_velocity(int body, const Eigen::Vector3d& v_com_W, const Eigen::Vector3d& omega_W);
+  void add_impulse(int body, const Eigen::Vector3d& impulse_W, const Eigen::Vector3d& angular_W);
   void set_decoupled_from_belt(int body, bool decoupled_from_belt);
   void place(std::span<const Placement> placements);
   void remove(int body);

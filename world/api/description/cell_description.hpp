@@ -158,6 +158,13 @@ struct CameraDescription {
   double latency_s = 0;            ///< from exposure until a picture of its stream is sent
 };
 
+/// A device that an extension makes.
+struct DeviceDescription {
+  std::string name;
+  std::string extension;             ///< name of its library
+  std::vector<std::string> signals;  ///< names of what it shows
+};
+
 struct CellDescription {
   std::string scene;
   std::shared_ptr<const std::string> scene_text;  ///< YAML; null or empty = it was made otherwise
@@ -176,6 +183,7 @@ struct CellDescription {
   std::vector<std::string> fixed;
   std::vector<FixtureDescription> fixtures;
   std::vector<CameraDescription> cameras;  ///< in the order of the scene
+  std::vector<DeviceDescription> devices;  ///< in the order of the scene
 };
 
 }  // namespace aprsim::api

@@ -74,6 +74,12 @@ struct ToolSnapshot {
   std::optional<std::uint64_t> lost_step;  ///< as of bodies
 };
 
+/// A device that an extension makes.
+struct DeviceSnapshot {
+  std::vector<double> signals;  ///< in the order of its description
+  std::string fault;            ///< not empty: it has failed and does not step until a reset
+};
+
 /// One of the two things that touch at a point.
 struct ContactSide {
   /// kTool: that no robot has; one on a flange is the robot's palm and fingers.
@@ -207,6 +213,7 @@ struct Snapshot {
   InjectedFaultsPtr faults;  ///< null = none since reset
   std::vector<BodySnapshot> bodies;
   std::vector<ToolSnapshot> tools;
+  std::vector<DeviceSnapshot> devices;
 
   int contact_count = 0;
   /// Ordered by their sides, robots last, at most kMaxContacts. Merged bodies and sleeping groups

@@ -44,6 +44,8 @@ APRSIM_FIELDS(BodySnapshot, FIELD_AS(X_WB, body_in_world), FIELD_AS(v_W, velocit
 APRSIM_FIELDS(ToolSnapshot, FIELD_AS(X_WT, tool_in_world), FIELD(robot), FIELD(separation_m),
               FIELD(resting), FIELD(lost_step))
 
+APRSIM_FIELDS(DeviceSnapshot, BY_HAND(signals), FIELD(fault))
+
 APRSIM_FIELDS(ContactSide, BY_HAND(kind), BY_HAND(index), BY_HAND(part))
 APRSIM_FIELDS(ContactSnapshot, BY_HAND(first), BY_HAND(second), FIELD_AS(p_W, point_m),
               FIELD_AS(f_W, force_n))
@@ -61,7 +63,7 @@ APRSIM_FIELDS(Snapshot, BY_HAND(cell), FIELD(epoch), NOWHERE(loaded_state), FIEL
               FIELD(paused), FIELD(speed_target), FIELD(virtual_time), FIELD(real_time_factor),
               FIELD(missed_steps), BY_HAND(step_time_s), FIELD(plan_waits), NOWHERE(saved_states),
               NOWHERE(runs), BY_HAND(robots), BY_HAND(conveyor), BY_HAND(light_curtain),
-              FIELD(intruder), BY_HAND(faults), BY_HAND(bodies), BY_HAND(tools),
+              FIELD(intruder), BY_HAND(faults), BY_HAND(bodies), BY_HAND(tools), BY_HAND(devices),
               FIELD(contact_count), BY_HAND(contacts), BY_HAND(unintended_contacts),
               FIELD(virtual_joint_count), FIELD(max_penetration_m), FIELD(physics_faults),
               FIELD(solver_failures), FIELD(solver_step), FIELD(world_fault), FIELD(world_stops),

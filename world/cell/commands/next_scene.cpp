@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "world/devices/device_group.hpp"
 #include "world/scene/scene_loader.hpp"
 
 namespace aprsim::world {
@@ -63,6 +64,7 @@ Result<std::shared_ptr<const api::NextScene>> read_next_scene(const api::Reset& 
                    ? scene::read_sent(reset.scene_text, file, paths, scene::files_of(present))
                    : scene::load_scene(reset.scene_name, paths);
   if (!scene) return tl::unexpected(std::move(scene.error()));
+  const std::string source = reset.scene_name.empty() ? "scene text" : scene->name;
   if (auto ok = same_robots(*scene, present); !ok) return tl::unexpected(ok.error());
   if (scene->physics.step_s != present.physics.step_s) {
     return fail(ErrorCode::kFailedPrecondition, "scene",
@@ -70,6 +72,7 @@ Result<std::shared_ptr<const api::NextScene>> read_next_scene(const api::Reset& 
                     " s, this cell " + std::to_string(present.physics.step_s) +
                     " s, which cannot change while it runs");
   }
+  if (auto ok = devices::check_devices(*scene, source); !ok) return tl::unexpected(ok.error());
   // Model files by name alone, so that the text can be read on other machines.
   auto text = scene::portable_text(scene->text, scene->file);
   if (!text) return tl::unexpected(std::move(text.error()));

@@ -48,6 +48,15 @@ void BodyPlacement::set_velocity(int body, const Eigen::Vector3d& v_com_W,
   free.place(free.X_WB, v_com_W, omega_W);
 }
 
+void BodyPlacement::add_impulse(int body, const Eigen::Vector3d& impulse_W,
+                                const Eigen::Vector3d& angular_W) {
+  const FreeBody& free = model_.body(body);
+  // v+ = v + J / m, omega+ = omega + R I^-1 R^T L.
+  const Eigen::Matrix3d R_WB = free.X_WB.linear();
+  const Eigen::Vector3d turn_B = free.mass.inertia.ldlt().solve(R_WB.transpose() * angular_W);
+  set_velocity(body, free.v_com_W + impulse_W / free.mass.mass_kg, free.omega_W + R_WB * turn_B);
+}
+
 void BodyPlacement::set_decoupled_from_belt(int body, bool decoupled_from_belt) {
   if (model_.body(body).decoupled_from_belt == decoupled_from_belt) return;
   model_.body(body).decoupled_from_belt = decoupled_from_belt;

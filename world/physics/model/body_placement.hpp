@@ -19,6 +19,9 @@ class BodyPlacement {
 
   /// Sets the velocity of a body, that of its centre of mass. It wakes and is unmerged.
   void set_velocity(int body, const Eigen::Vector3d& v_com_W, const Eigen::Vector3d& omega_W);
+  /// Adds an impulse [Ns] at the centre of mass and an angular impulse [Nms]. It wakes and is
+  /// unmerged.
+  void add_impulse(int body, const Eigen::Vector3d& impulse_W, const Eigen::Vector3d& angular_W);
   /// Whether the body is decoupled_from_belt: the belt then does not carry it.
   void set_decoupled_from_belt(int body, bool decoupled_from_belt);
   /// Places bodies at rest. All are raised by the same height, such that no bounding box overlaps

@@ -1,0 +1,3 @@
+// A library that is no extension.
+
+extern "C" __attribute__((visibility("default"))) int aprsim_nothing() { return 0; }
