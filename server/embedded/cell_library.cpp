@@ -158,6 +158,13 @@ struct aprsim_cell {
   }
 };
 
+void aprsim_cell_add_extensions(const char* directory) {
+  (void)guarded([&] {
+    aprsim::scene::add_extension_directories({directory});
+    return kOk;
+  });
+}
+
 aprsim_cell* aprsim_cell_open(const char* scene, const uint64_t* seed) {
   set_up_log();
   try {

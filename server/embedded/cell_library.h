@@ -14,6 +14,9 @@ extern "C" {
 
 typedef struct aprsim_cell aprsim_cell;
 
+/* From now on, this process looks up the libraries of scenes' devices in this directory, too. */
+void aprsim_cell_add_extensions(const char* directory);
+
 /* Opens a cell: `scene` is the name of a shipped scene or the path of a file. `seed`: null = the
  * scene's. Returns null when the scene cannot be used; aprsim_error() tells why. */
 aprsim_cell* aprsim_cell_open(const char* scene, const uint64_t* seed);

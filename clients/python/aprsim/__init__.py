@@ -23,7 +23,7 @@ from .errors import AprsimError, BadArgument, Refused, RobotError, ScenarioError
 from .events import Event, Happens
 from .robot import Robot
 from .scenarios import ScenarioReport, run_scenario, scenarios
-from .snapshots import BodyState, RobotState, Snapshot
+from .snapshots import BodyState, DeviceState, RobotState, Snapshot
 from .tables import bodies_table, robots_table
 from .trajectories import Feedback, Followed, Trajectory, TrajectoryError
 from .world import World
@@ -36,6 +36,7 @@ __all__ = [
     "Camera",
     "Cell",
     "Daemon",
+    "DeviceState",
     "Endpoints",
     "Event",
     "Feedback",

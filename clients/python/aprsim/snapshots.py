@@ -137,6 +137,28 @@ class BodyState:
         return bool(self.message.HasField("lost_step"))
 
 
+class DeviceState:
+    """A device of an extension."""
+
+    def __init__(self, message: snapshot_pb2.DeviceState) -> None:
+        self.message = message
+
+    @property
+    def name(self) -> str:
+        """The device's name in the scene."""
+        return self.message.name
+
+    @property
+    def signals(self) -> dict[str, float]:
+        """Numbers that the device shows, by the names of its extension."""
+        return {signal.name: signal.value for signal in self.message.signals}
+
+    @property
+    def fault(self) -> str:
+        """The reason for which it does not step until a reset; empty = it works."""
+        return self.message.fault
+
+
 class Snapshot:
     """The whole cell at one step boundary. Fields that were not requested are empty."""
 
@@ -200,6 +222,15 @@ class Snapshot:
     def bodies(self) -> dict[str, BodyState]:
         """Bodies by name, in the order of the description."""
         return {body.name: BodyState(body) for body in self.message.bodies}
+
+    @cached_property
+    def devices(self) -> dict[str, DeviceState]:
+        """Devices by name, in the order of the scene."""
+        return {device.name: DeviceState(device) for device in self.message.devices}
+
+    def device(self, name: str) -> DeviceState:
+        """A device by name. Raises AprsimError with the known names."""
+        return _named(self.devices, name, "device")
 
     def robot(self, name: str) -> RobotState:
         """A robot by name. Raises AprsimError with the known names."""

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import os
 import weakref
-from typing import Any, Iterator
+from pathlib import Path
+from typing import Any, Iterable, Iterator
 
 import grpc
 import numpy as np
@@ -51,6 +53,7 @@ def _declare(library: Any) -> None:
     cell, size, bytes_out = ctypes.c_void_p, ctypes.c_size_t, ctypes.POINTER(ctypes.c_void_p)
     size_out = ctypes.POINTER(ctypes.c_size_t)
     functions = {
+        "aprsim_cell_add_extensions": (None, [ctypes.c_char_p]),
         "aprsim_cell_open": (cell, [ctypes.c_char_p, ctypes.POINTER(ctypes.c_uint64)]),
         "aprsim_cell_close": (None, [cell]),
         "aprsim_error": (ctypes.c_char_p, []),
@@ -103,13 +106,22 @@ class World(Cell):
     grippers: Numbers
     """(robots, 5): opening, force of both pads, 1 while it holds, index of the held body or -1."""
 
-    def __init__(self, scene: str = "aprs", seed: int | None = None) -> None:
+    def __init__(
+        self,
+        scene: str = "aprs",
+        seed: int | None = None,
+        extensions: Iterable[str | Path] = (),
+    ) -> None:
         """`scene` is the name of a shipped scene or the path of a file; `seed` is by default the
-        scene's. Raises AprsimError with the cause when the scene cannot be used."""
+        scene's. `extensions` are directories with the libraries of the scene's devices; this process
+        keeps them. Raises AprsimError with the cause when the scene cannot be used."""
         self._native: _Native | None = None
         self._library = _library()
         name = arguments.text("scene", scene).encode()
         number = None if seed is None else ctypes.c_uint64(arguments.whole("seed", seed, 0, _MOST))
+        for directory in extensions:
+            path = arguments.text("extensions", str(directory))
+            self._library.aprsim_cell_add_extensions(os.path.abspath(path).encode())
         native = self._library.aprsim_cell_open(name, number)
         if not native:
             raise AprsimError(self._message())

@@ -1,0 +1,109 @@
+"""Devices of extensions: the same bits each time, and refusals."""
+
+import os
+import pathlib
+import tempfile
+import unittest
+
+from aprsim import AprsimError, World
+from running_cell import ROOT
+
+BINARIES = pathlib.Path(os.environ["APRSIM_BIN_DIR"])
+EXTENSIONS = BINARIES.parent / "extensions"
+WEIGHING = str(ROOT / "clients" / "devices" / "weighing.yaml")
+
+
+def weigh(cell):
+    """Carries the tray to the scale; hashes and readings on the way."""
+    cell.set_conveyor(run=True, forward=True, speed_m_s=0.3)
+    seen = []
+    for _ in range(10):
+        now = cell.step(500)
+        scale = now.device("scale")
+        seen.append((now.state_hash, scale.signals["mass_kg"], scale.signals["full"]))
+    return seen
+
+
+class WithFiles(unittest.TestCase):
+    def setUp(self):
+        directory = tempfile.TemporaryDirectory()
+        self.addCleanup(directory.cleanup)
+        self.directory = pathlib.Path(directory.name)
+
+    def scene(self, device):
+        path = self.directory / "mine.yaml"
+        path.write_text(f"base: empty_belt\ndevices:\n  - {device}\n")
+        return str(path)
+
+
+class WorldTest(WithFiles):
+    """Devices in a cell of this process."""
+
+    def test_the_same_bits_each_time(self):
+        with World(WEIGHING, extensions=[EXTENSIONS]) as world:
+            described = world.description.devices[0]
+            self.assertEqual((described.name, described.extension), ("scale", "scale"))
+            self.assertEqual(list(described.signals), ["mass_kg", "full"])
+            first = weigh(world)
+            world.reset()
+            self.assertEqual(weigh(world), first)
+            world.keep()
+            later = world.step(200).state_hash
+            world.go_back()
+            self.assertEqual(world.step(200).state_hash, later)
+        # The tray of 0.2 kg with two gears of 10.2 g has stopped the belt.
+        self.assertAlmostEqual(first[-1][1], 0.2204, places=9)
+        self.assertEqual([full for _, _, full in first][::9], [0, 1])
+
+    def refusal(self, device):
+        with self.assertRaises(AprsimError) as raised:
+            World(self.scene(device), extensions=[EXTENSIONS])
+        return str(raised.exception)
+
+    def test_refusals_name_the_cause(self):
+        missing = self.refusal("{name: s, extension: nothing}")
+        self.assertIn("mine.yaml:3:26: devices[0].extension: device s: no libnothing.so", missing)
+        self.assertIn("built for version 0", self.refusal("{name: s, extension: outdated}"))
+        self.assertIn(
+            "expected the name of an extension", self.refusal("{name: s, extension: ../libscale}")
+        )
+        parameter = self.refusal(
+            "{name: s, extension: scale, parameters: {low_m: [0, 0, 0], high_m: [1, 1]}}"
+        )
+        self.assertIn("high_m: found a list of 2, expected a list of 3 numbers", parameter)
+        thrown = self.refusal("{name: t, extension: trouble, parameters: {kind: constructor}}")
+        self.assertIn("device t: no licence", thrown)
+
+    def test_texts_from_elsewhere_name_known_extensions_only(self):
+        with World(WEIGHING, extensions=[EXTENSIONS]) as world:
+            before = world.step(10)
+            for extension, text in {
+                "nothing": "scene text:3:",
+                "../../libscale": "expected the name of an extension",
+                "text": "libtext.so cannot be loaded",
+            }.items():
+                sent = "base: empty_belt\ndevices:\n  - {name: s, extension: " + extension + "}\n"
+                with self.assertRaises(AprsimError) as raised:
+                    world.reset(scene_text=sent)
+                self.assertIn(text, str(raised.exception))
+                self.assertNotIn(str(EXTENSIONS), str(raised.exception))
+            self.assertEqual(world.snapshot().state_hash, before.state_hash)
+            mover = "{name: m, extension: mover, parameters: {action: none}}"
+            world.reset(scene_text=f"base: empty_belt\ndevices:\n  - {mover}\n")
+            self.assertIn("noise", world.step(1).device("m").signals)
+
+    def test_a_failing_device_is_a_fault_and_the_cell_goes_on(self):
+        scene = self.scene("{name: t, extension: trouble, parameters: {kind: throw, at_step: 50}}")
+        with World(scene, extensions=[EXTENSIONS]) as world:
+            self.assertEqual(world.step(50).device("t").fault, "")
+            now = world.step(100)
+            self.assertTrue(now.device("t").fault.startswith("step 50: broken "))
+            self.assertEqual((now.step, now.world_fault), (150, ""))
+            world.reset()
+            self.assertEqual(world.step(1).device("t").fault, "")
+            with self.assertRaises(AprsimError):
+                world.snapshot().device("u")
+
+
+if __name__ == "__main__":
+    unittest.main()
