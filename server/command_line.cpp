@@ -39,7 +39,7 @@ std::string version_text() {
 /// The arguments as they were given.
 struct Arguments {
   std::string config_file, scene, speed, seed, time, token_file, journal, from, to;
-  std::vector<std::string> assignments, pacers;
+  std::vector<std::string> assignments, pacers, extensions;
   std::optional<double> poll_period_s;
   bool any_port = false;
   bool no_web = false;
@@ -70,6 +70,11 @@ void add_cell_options(CLI::App& app, Arguments& given) {
          "Clients that pace virtual time, as in crcl.fanuc,crcl.motoman,modbus; time begins "
          "when all are connected and waits for each")
       ->delimiter(',');
+  app.add_option("--extensions", given.extensions,
+                 "Look up the libraries of a scene's devices in this directory, too")
+      ->type_name("DIR")
+      ->take_all()
+      ->allow_extra_args(false);
 }
 
 void add_daemon_options(CLI::App& app, Arguments& given) {
@@ -204,6 +209,8 @@ Result<void> read_replay_part(const Arguments& given, journal::ReplayPart& part)
 
 /// Applies arguments that override the configuration file and --set.
 Result<void> set_last(const Arguments& given, const Invocation& invocation, Config& config) {
+  config.extensions.insert(config.extensions.end(), given.extensions.begin(),
+                           given.extensions.end());
   if (!given.journal.empty()) config.journal.place = given.journal;
   if (!given.token_file.empty()) config.web.token_file = given.token_file;
   if (!invocation.print_config && !invocation.list_keys) {

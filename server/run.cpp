@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <functional>
 #include <iostream>
 #include <memory>
@@ -224,6 +225,21 @@ int replay(const Invocation& invocation) {
   return result->same() ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 
+/// Makes the directories of extensions known to all that builds scenes.
+Result<void> use_extensions(const std::vector<std::string>& directories) {
+  std::vector<std::string> all;
+  for (const std::string& directory : directories) {
+    std::error_code status;
+    if (!std::filesystem::is_directory(directory, status)) {
+      return fail(ErrorCode::kNotFound, "extensions",
+                  "extensions: '" + directory + "' is no directory");
+    }
+    all.push_back(std::filesystem::absolute(directory, status).string());
+  }
+  scene::add_extension_directories(all);
+  return {};
+}
+
 int start(int argc, char** argv) {
   if (argc > 1 && std::string_view(argv[1]) == "token") {
     return token_command({argv + 2, argv + argc}, std::cout, std::cerr);
@@ -238,6 +254,9 @@ int start(int argc, char** argv) {
   if (invocation->list_keys) {
     std::cout << key_list(invocation->config);
     return EXIT_SUCCESS;
+  }
+  if (auto ok = use_extensions(invocation->config.extensions); !ok) {
+    return refuse(ok.error().message);
   }
   if (!invocation->replay.empty()) return replay(*invocation);
   auto scene = scene::load_scene(invocation->config.scene, scene::default_data_paths());

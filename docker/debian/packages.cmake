@@ -72,18 +72,24 @@ set(CPACK_DEBIAN_CLIENT_PACKAGE_DEPENDS "libaprsim-crcl-dev, libgrpc++-dev, libm
 set(CPACK_DEBIAN_CLIENT_DESCRIPTION "C++ library for clients of the simulated robot cell aprsim
 It speaks to the cell by CRCL, Modbus, vision lines and gRPC.")
 
+set(CPACK_DEBIAN_DEVICE_PACKAGE_NAME libaprsim-device-dev)
+set(CPACK_DEBIAN_DEVICE_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_DEVICE_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_DEVICE_DESCRIPTION "C++ interface for devices in the simulated robot cell aprsim
+Libraries with devices of your own are built with it and loaded by the cell.")
+
 # Licence and changes of each package.
-foreach(group aprsim web doc python crcl client)
+foreach(group aprsim web doc python crcl client device)
   string(TOUPPER ${group} key)
   set(name ${CPACK_DEBIAN_${key}_PACKAGE_NAME})
   install(FILES ${papers}/copyright ${papers}/changelog.gz
     DESTINATION share/doc/${name} COMPONENT ${group}_papers EXCLUDE_FROM_ALL)
   list(APPEND CPACK_COMPONENTS_ALL ${group}_papers)
 endforeach()
-list(APPEND CPACK_COMPONENTS_ALL cell service web doc python crcl client)
+list(APPEND CPACK_COMPONENTS_ALL cell service web doc python crcl client device)
 
 include(CPack)
-foreach(group aprsim web doc python crcl client)
+foreach(group aprsim web doc python crcl client device)
   cpack_add_component_group(${group})
   cpack_add_component(${group}_papers GROUP ${group})
   if(NOT group STREQUAL "aprsim")

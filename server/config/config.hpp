@@ -177,6 +177,7 @@ struct Config {
   Speed speed;
   TimeConfig time;
   std::string log_level = "info";
+  std::vector<std::string> extensions;  ///< directories
   MemoryConfig memory;
   JournalConfig journal;
   HistoryConfig history;

@@ -264,6 +264,8 @@ void visit(Archive& keys, Config& config) {
   keys.section("time", config.time, "virtual time");
   keys.key("log_level", config.log_level, Word{{"trace", "debug", "info", "warn", "error"}},
            "least severity of logged messages");
+  keys.key("extensions", config.extensions, ListOf<Text>{},
+           "directories of the libraries of devices that scenes name");
   keys.section("memory", config.memory, "memory of the daemon");
   keys.section("journal", config.journal, "recording of the run");
   keys.section("history", config.history, "past of the run, in memory");

@@ -7,6 +7,7 @@
 
 #include "server/journal/digest.hpp"
 #include "world/cell/state_bytes.hpp"
+#include "world/devices/device_group.hpp"
 #include "world/scene/scene_loader.hpp"
 
 namespace aprsim::server::journal {
@@ -42,6 +43,9 @@ Result<RecordedScenes::ScenePtr> RecordedScenes::read(const v1::JournalScene& me
   if (scene->robots.size() != header_->robots.size()) {
     return fail(ErrorCode::kInvalidArgument, "journal",
                 "its scene '" + message.name() + "' has other robots than its header's");
+  }
+  if (auto ok = devices::check_devices(*scene, "recorded scene"); !ok) {
+    return tl::unexpected(ok.error());
   }
   last = std::make_shared<const scene::Scene>(*std::move(scene));
   return last;

@@ -15,6 +15,7 @@
 #include "server/journal/digest.hpp"
 #include "server/journal/utf8_strings.hpp"
 #include "world/cell/state_bytes.hpp"
+#include "world/devices/extension.hpp"
 #include "world/scene/scene_loader.hpp"
 
 namespace aprsim::server::journal {
@@ -39,6 +40,13 @@ std::string processor() {
 std::string draw_id() {
   std::random_device device;
   return fmt::format("{:08x}{:08x}", device(), device());
+}
+
+Result<std::string> content_of(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string bytes(std::istreambuf_iterator<char>(in), {});
+  if (!in) return fail(ErrorCode::kUnavailable, "journal", file + " cannot be read");
+  return bytes;
 }
 
 }  // namespace
@@ -67,13 +75,22 @@ Result<v1::JournalHeader> header_of(const scene::Scene& scene) {
   for (const std::string& file : models) {
     // They come with the journal, wherever it is read.
     const std::string name = std::filesystem::path(file).filename().string();
-    std::ifstream in(file, std::ios::binary);
-    std::string bytes(std::istreambuf_iterator<char>(in), {});
-    if (!in) return fail(ErrorCode::kUnavailable, "journal", file + " cannot be read");
+    auto bytes = content_of(file);
+    if (!bytes) return tl::unexpected(bytes.error());
     auto& model = *header.add_models();
     model.set_name(name);
-    model.set_sha256(sha256(bytes));
-    model.set_content(std::move(bytes));
+    model.set_sha256(sha256(*bytes));
+    model.set_content(*std::move(bytes));
+  }
+  const std::vector<std::string> directories = scene::default_data_paths().extensions;
+  std::set<std::string> extensions;
+  for (const auto& device : scene.devices) extensions.insert(device.extension);
+  for (const std::string& name : extensions) {
+    const auto bytes = content_of(devices::find_extension(name, directories));
+    if (!bytes) return tl::unexpected(bytes.error());
+    auto& extension = *header.add_extensions();
+    extension.set_name(name);
+    extension.set_sha256(sha256(*bytes));
   }
   make_utf8(header);
   return header;

@@ -45,6 +45,13 @@ std::string mismatch(const v1::JournalHeader& file, const v1::JournalHeader& her
                          model.name(), other.sha256(), model.sha256());
     }
   }
+  for (const v1::JournalFile& extension : here.extensions()) {
+    for (const v1::JournalFile& other : file.extensions()) {
+      if (other.name() != extension.name() || other.sha256() == extension.sha256()) continue;
+      return fmt::format("its extension {} has the digest {:.12}, and this cell's {:.12}",
+                         extension.name(), other.sha256(), extension.sha256());
+    }
+  }
   if (file.state_version() != here.state_version()) {
     return fmt::format(
         "its state has layout {}, written by version {}, and this program reads layout {}",

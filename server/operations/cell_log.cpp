@@ -28,6 +28,7 @@ bool taken_out(const api::Snapshot& now, const std::string& body) {
 
 void CellLog::forget() {
   lost_.clear();
+  failed_.clear();
   faults_.reset();
   not_converged_ = false;
 }
@@ -55,6 +56,7 @@ std::vector<CellLogLine> CellLog::detect(const api::Snapshot& now) {
     lost_[i] = step.has_value();
   }
   detect_faults(now, out);
+  detect_devices(now, out);
   const bool failed = now.solver_failures.not_converged > 0;
   if (failed && !not_converged_) {
     out.push_back(
@@ -64,6 +66,18 @@ std::vector<CellLogLine> CellLog::detect(const api::Snapshot& now) {
   }
   not_converged_ = failed;
   return out;
+}
+
+void CellLog::detect_devices(const api::Snapshot& now, std::vector<CellLogLine>& out) {
+  failed_.resize(now.devices.size(), false);
+  for (std::size_t i = 0; i < now.devices.size() && i < now.cell->devices.size(); ++i) {
+    const api::DeviceSnapshot& device = now.devices[i];
+    if (!device.fault.empty() && !failed_[i]) {
+      out.push_back({true, fmt::format("device {} has failed in {}; a reset starts it again",
+                                       now.cell->devices[i].name, device.fault)});
+    }
+    failed_[i] = !device.fault.empty();
+  }
 }
 
 /// The counters also show events that began and ended since the last call.

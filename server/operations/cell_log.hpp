@@ -24,10 +24,12 @@ class CellLog {
  private:
   void forget();
   void detect_faults(const api::Snapshot& now, std::vector<CellLogLine>& out);
+  void detect_devices(const api::Snapshot& now, std::vector<CellLogLine>& out);
   void detect_time(const api::VirtualTimeStatePtr& now, std::vector<CellLogLine>& out);
 
   std::uint64_t epoch_ = 0, world_stops_ = 0;
   std::vector<bool> lost_;
+  std::vector<bool> failed_;       // devices
   api::InjectedFaultsPtr faults_;  // as last reported
   bool not_converged_ = false;
   api::VirtualTimeStatePtr time_;  // as last reported

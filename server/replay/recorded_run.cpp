@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <string_view>
 #include <utility>
 
@@ -11,9 +13,13 @@
 
 #include "proto/journal/journal_place.hpp"
 #include "proto/journal/journal_reader.hpp"
+#include "server/journal/digest.hpp"
 #include "server/journal/run_header.hpp"
 #include "server/replay/replay.hpp"
 #include "world/cell/state_bytes.hpp"
+#include "world/devices/device_group.hpp"
+#include "world/devices/extension.hpp"
+#include "world/scene/data_paths.hpp"
 
 namespace aprsim::server::journal {
 namespace {
@@ -33,6 +39,21 @@ template <typename Number>
 bool whole(std::string_view text, Number& number) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   return error == std::errc() && end == text.data() + text.size();
+}
+
+/// Extensions that are not the recorded ones.
+void add_cautions_of_extensions(const v1::JournalHeader& header, std::vector<std::string>& all) {
+  const std::vector<std::string> directories = scene::default_data_paths().extensions;
+  for (const v1::JournalFile& extension : header.extensions()) {
+    const std::string file = devices::find_extension(extension.name(), directories);
+    std::ifstream in(file, std::ios::binary);
+    const std::string digest = sha256(std::string(std::istreambuf_iterator<char>(in), {}));
+    if (digest == extension.sha256()) continue;
+    all.push_back(
+        fmt::format("the extension {} was recorded with the digest {:.12} and has {:.12} here: its "
+                    "devices may behave differently",
+                    extension.name(), extension.sha256(), digest));
+  }
 }
 
 world::RunTime of(const v1::JournalTime& time) { return {time.epoch(), time.step()}; }
@@ -97,10 +118,15 @@ Result<RecordedRun> RecordedRun::open(const std::vector<std::string>& places,
     return fail(scene.error().code, scene.error().field,
                 run.files_.front() + ": " + scene.error().message);
   }
+  if (auto ok = devices::check_devices(*scene, "recorded scene"); !ok) {
+    return fail(ok.error().code, ok.error().field,
+                run.files_.front() + ": it cannot be replayed here: " + ok.error().message);
+  }
   run.scene_ = std::make_shared<const scene::Scene>(std::move(*scene));
   v1::JournalHeader here = header_here();
   here.set_version(version);
   run.cautions_ = journal::cautions(run.header_, here);
+  add_cautions_of_extensions(run.header_, run.cautions_);
   if (!run.has_checkpoints()) {
     run.cautions_.push_back(
         fmt::format("its checkpoints have layout {}, this program has {}: it is replayed from its "

@@ -128,6 +128,20 @@ std::string light_curtain_text(const v1::LightCurtainState& curtain, const Paint
   return paint(Tone::kHeading, "light curtain") + "\n  " + out + "\n";
 }
 
+std::string devices_text(const v1::Snapshot& snapshot, const Paint& paint) {
+  if (snapshot.devices().empty()) return {};
+  std::string out = paint(Tone::kHeading, "devices") + "\n";
+  for (const auto& device : snapshot.devices()) {
+    out += fmt::format("  {:<8}", device.name());
+    for (const auto& signal : device.signals()) {
+      out += fmt::format(" {} {:.6g}", signal.name(), signal.value());
+    }
+    if (!device.fault().empty()) out += " " + paint(Tone::kBad, "failed: " + device.fault());
+    out += "\n";
+  }
+  return out;
+}
+
 }  // namespace
 
 double seconds(const google::protobuf::Duration& span) {
@@ -147,6 +161,7 @@ std::string status_text(const v1::Snapshot& snapshot, const v1::CellDescription&
   for (const auto& robot : snapshot.robots()) out += robot_text(robot, cell, paint);
   if (snapshot.has_conveyor()) out += belt_text(snapshot.conveyor(), paint);
   if (snapshot.has_light_curtain()) out += light_curtain_text(snapshot.light_curtain(), paint);
+  out += devices_text(snapshot, paint);
   const auto resting = std::ranges::count_if(snapshot.bodies(), &v1::BodyState::resting);
   out += fmt::format("{}\n  {} in all, {} at rest\n", paint(Tone::kHeading, "bodies"),
                      snapshot.bodies_size(), resting);

@@ -1,16 +1,25 @@
-"""Devices of extensions: the same bits each time, and refusals."""
+"""Devices of extensions: the same bits in every program, replays, saved states and refusals."""
 
 import os
 import pathlib
+import subprocess
 import tempfile
+import time
 import unittest
 
-from aprsim import AprsimError, World
-from running_cell import ROOT
+from aprsim import AprsimError, Cell, Daemon, World
+from running_cell import PATIENCE, ROOT
 
 BINARIES = pathlib.Path(os.environ["APRSIM_BIN_DIR"])
 EXTENSIONS = BINARIES.parent / "extensions"
 WEIGHING = str(ROOT / "clients" / "devices" / "weighing.yaml")
+
+
+def daemon(*arguments, scene=WEIGHING, extensions=EXTENSIONS):
+    given = ["--extensions", str(extensions)] if extensions else []
+    return Daemon(
+        "--no-web", *given, *arguments, scene=scene, speed="stepped", start_s=60 * PATIENCE
+    )
 
 
 def weigh(cell):
@@ -22,6 +31,13 @@ def weigh(cell):
         scale = now.device("scale")
         seen.append((now.state_hash, scale.signals["mass_kg"], scale.signals["full"]))
     return seen
+
+
+def aprsim(*arguments, extensions=None):
+    environment = dict(os.environ, APRSIM_EXTENSIONS=str(extensions or ""))
+    return subprocess.run(
+        [BINARIES / "aprsim", *arguments], env=environment, capture_output=True, text=True
+    )
 
 
 class WithFiles(unittest.TestCase):
@@ -103,6 +119,68 @@ class WorldTest(WithFiles):
             self.assertEqual(world.step(1).device("t").fault, "")
             with self.assertRaises(AprsimError):
                 world.snapshot().device("u")
+
+
+class DaemonTest(WithFiles):
+    """Devices in a daemon, its journals and its saved states."""
+
+    def test_gives_the_bits_of_a_world(self):
+        with daemon() as served, Cell.connect(served.ports_file) as cell:
+            seen = weigh(cell)
+            status = aprsim("status", "--ports-file", str(served.ports_file)).stdout
+            self.assertRegex(status, r"devices\n  scale    mass_kg 0\.2204 full 1\n")
+        with World(WEIGHING, extensions=[EXTENSIONS]) as world:
+            self.assertEqual(weigh(world), seen)
+
+    def test_replays_with_the_library_alone(self):
+        journal = str(self.directory / "run.journal")
+        with daemon("--journal", journal) as served, Cell.connect(served.ports_file) as cell:
+            weigh(cell)
+        replayed = aprsim("replay", journal, extensions=EXTENSIONS)
+        self.assertIn("all states are the same", replayed.stdout, replayed.stderr)
+        refused = aprsim("replay", journal)
+        self.assertEqual(refused.returncode, 2, refused.stdout)
+        self.assertIn("it cannot be replayed here: recorded scene:", refused.stderr)
+        self.assertIn("device scale: no libscale.so", refused.stderr)
+        # Another library of this name differs, or is said to be another one.
+        (self.directory / "libscale.so").write_bytes(
+            (EXTENSIONS / "libscale.so").read_bytes() + b"\0"
+        )
+        other = aprsim("replay", journal, extensions=self.directory)
+        self.assertIn("the extension scale was recorded with the digest", other.stdout)
+
+    def test_a_saved_state_goes_on_in_another_daemon(self):
+        saved = str(self.directory / "weighing.state")
+        with daemon() as served, Cell.connect(served.ports_file) as cell:
+            cell.set_conveyor(run=True, forward=True, speed_m_s=0.3)
+            cell.step(3100)
+            done = aprsim("save", "here", "--file", saved, "--ports-file", str(served.ports_file))
+            self.assertEqual(done.returncode, 0, done.stderr)
+            there = cell.step(400)
+        with daemon() as served, Cell.connect(served.ports_file) as cell:
+            done = aprsim("load", "--file", saved, "--ports-file", str(served.ports_file))
+            self.assertEqual(done.returncode, 0, done.stderr)
+            here = cell.step(400)
+            self.assertEqual(here.state_hash, there.state_hash)
+            self.assertEqual(here.device("scale").signals, there.device("scale").signals)
+
+    def test_missing_directories_and_libraries_are_refused(self):
+        for extensions, text in {
+            "/nowhere": "'/nowhere' is no directory",
+            str(self.directory): "device scale: no libscale.so",
+        }.items():
+            with self.assertRaises(AprsimError) as raised:
+                daemon(extensions=extensions)
+            self.assertIn(text, str(raised.exception))
+
+    def test_the_log_names_a_device_that_fails(self):
+        scene = self.scene("{name: t, extension: trouble, parameters: {kind: throw, at_step: 50}}")
+        with daemon(scene=scene) as served, Cell.connect(served.ports_file) as cell:
+            self.assertTrue(cell.step(100).device("t").fault.startswith("step 50: broken "))
+            deadline = time.monotonic() + 60 * PATIENCE
+            while "device t has failed in step 50" not in served.log():
+                self.assertLess(time.monotonic(), deadline, served.log())
+                time.sleep(0.05)
 
 
 if __name__ == "__main__":
