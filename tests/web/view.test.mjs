@@ -19,6 +19,18 @@ const kShapes = [
   [700, 1300]
 ];
 
+/** A place in the picture that nothing covers, as 70 pixels right and 20 below it. */
+const uncovered = (page) =>
+  page.evaluate(() => {
+    const canvas = document.querySelector('main.stage canvas');
+    const {left, top, right, bottom} = canvas.getBoundingClientRect();
+    const isFree = (x, y) => document.elementFromPoint(x, y) === canvas;
+    for (let y = top + 5; y < bottom - 25; y += 5)
+      for (let x = left + 5; x < right - 75; x += 5)
+        if (isFree(x, y) && isFree(x + 70, y + 20)) return [x, y];
+    throw new Error('all of the picture is covered');
+  });
+
 /** How far outside the picture, in halves of it, the outermost corner of anything drawn is: below 0
  * is inside. `top` is where the picture begins under the buttons. */
 const outermost = (page) =>
@@ -81,9 +93,10 @@ for (const scene of [
       assert.ok(most > -0.3, `all of it is small: ${most} at ${width}x${height}`);
     }
     // A view that someone has chosen stays.
-    await page.mouse.move(150, 300);
+    const [x, y] = await uncovered(page);
+    await page.mouse.move(x, y);
     await page.mouse.down();
-    await page.mouse.move(220, 320, {steps: 4});
+    await page.mouse.move(x + 70, y + 20, {steps: 4});
     await page.mouse.up();
     const eye = () =>
       page.evaluate(() => document.querySelector('main.stage').view.camera.position.toArray());
