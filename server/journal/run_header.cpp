@@ -15,6 +15,7 @@
 #include "server/journal/digest.hpp"
 #include "server/journal/utf8_strings.hpp"
 #include "world/cell/state_bytes.hpp"
+#include "world/devices/device_group.hpp"
 #include "world/devices/extension.hpp"
 #include "world/scene/scene_loader.hpp"
 
@@ -82,6 +83,8 @@ Result<v1::JournalHeader> header_of(const scene::Scene& scene) {
     model.set_sha256(sha256(*bytes));
     model.set_content(*std::move(bytes));
   }
+  // So that a library which is missing is named at its place in the scene.
+  if (auto ok = devices::check_devices(scene, scene.file); !ok) return tl::unexpected(ok.error());
   const std::vector<std::string> directories = scene::default_data_paths().extensions;
   std::set<std::string> extensions;
   for (const auto& device : scene.devices) extensions.insert(device.extension);

@@ -122,6 +122,8 @@ constexpr TestedElsewhere kTestedElsewhere[] = {
     {"tests/run", "tests/fresh", "enter tests/run"},
     {"server/lab", "tests/integration/laboratory/test_lab.py", "\"server\" / \"lab\""},
     {"aprsimd --scene workbench.yaml", "tests/integration/cli/readme_test.cpp", "kDaemon"},
+    {"build/release/bin/aprsimd --scene clients/devices",
+     "tests/integration/python/test_devices.py", "\"weighing.yaml\""},
     {"clients/kitting/kitting", "tests/integration/kitting/test_cell.py", "whole jobs"},
     {"aprsim camera fit", "tests/integration/python/test_camera_fit.py", "\"camera\", \"fit\""},
     {"aprsim calibrate", "tests/integration/python/test_calibration.py", "\"calibrate\""},
