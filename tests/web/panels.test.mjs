@@ -84,9 +84,17 @@ async function arrange({webgl, width, height, colorScheme}) {
 const labelOf = ({webgl, width, height, colorScheme}) =>
   `${width}x${height} ${colorScheme}${webgl ? '' : ' without WebGL'}`;
 
-/** Waits until the page has laid out and drawn what it was told last. */
+/** Waits until the page has drawn what it was told last, and transitions have ended. */
 const settle = (page) =>
-  page.evaluate(() => new Promise((go) => requestAnimationFrame(() => setTimeout(go, 120))));
+  page.evaluate(async () => {
+    const frame = () => new Promise((go) => requestAnimationFrame(go));
+    await frame();
+    await frame();
+    const ending = document
+      .getAnimations()
+      .filter((one) => Number.isFinite(one.effect.getComputedTiming().endTime));
+    await Promise.allSettled(ending.map((one) => one.finished));
+  });
 
 /** Faults of what a page shows. */
 async function faultsOf(page, label, {reads = true, within = 'body'} = {}) {
