@@ -1,9 +1,9 @@
 #include "world/devices/extension.hpp"
 
-#include <algorithm>
 #include <cstdint>
 #include <dlfcn.h>
 #include <filesystem>
+#include <set>
 
 #include "world/scene/model/device.hpp"
 
@@ -54,7 +54,7 @@ std::string find_extension(const std::string& name, std::span<const std::string>
 }
 
 std::vector<std::string> extension_names(std::span<const std::string> directories) {
-  std::vector<std::string> names;
+  std::set<std::string> names;  // sorted, each once
   for (const std::string& directory : directories) {
     std::error_code status;
     for (const auto& entry : fs::directory_iterator(directory, status)) {
@@ -62,13 +62,10 @@ std::vector<std::string> extension_names(std::span<const std::string> directorie
       if (!file.starts_with(kPrefix) || !file.ends_with(kSuffix)) continue;
       const std::string name =
           file.substr(kPrefix.size(), file.size() - kPrefix.size() - kSuffix.size());
-      if (scene::is_extension_name(name)) names.push_back(name);
+      if (scene::is_extension_name(name)) names.insert(name);
     }
   }
-  std::ranges::sort(names);
-  const auto again = std::ranges::unique(names);
-  names.erase(again.begin(), again.end());
-  return names;
+  return {names.begin(), names.end()};
 }
 
 Result<Extension> Extension::load(const std::string& name,

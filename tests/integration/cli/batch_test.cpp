@@ -112,7 +112,8 @@ TEST(Batch, RunDependsOnItsSeedOnly) {
     std::set<std::string> different;
     for (const auto& [seed, hash] : hashes) different.insert(hash);
     EXPECT_EQ(different.size(), 5U) << "other seeds";
-    EXPECT_LT(json_file(out("_1") + "/attempts.json")["peak_world_mb"], 60);
+    // With the pages of the program, of which the kernel maps more than are used.
+    EXPECT_LT(json_file(out("_1") + "/attempts.json")["peak_world_mb"], 150);
     EXPECT_GT(json_file(out("_1") + "/attempts.json")["peak_world_mb"], 5);
   }
 }
