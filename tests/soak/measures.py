@@ -24,6 +24,8 @@ class Sample:
 
     at_s: float  # by the wall clock
     memory_mb: float  # resident and swapped
+    recorded_mb: float  # of it, what the daemon keeps of the past, within its shares
+    beyond: tuple  # parts that keep more than their shares, in words
     handles: int
     threads: int
     simulated_s: float
@@ -41,13 +43,26 @@ def metrics(daemon, timeout_s):
         line.rpartition(" ") for line in lines if line and not line.startswith("#"))}
 
 
+def recordings(told):
+    """Megabytes that the daemon keeps of the past, and the parts beyond their shares in words. How much the
+    past takes depends on what happened in it, so it comes and goes with the work."""
+    used = {name: value / 1e6 for name, value in told.items() if name.startswith("aprsim_memory_used_bytes")}
+    beyond = []
+    for name, megabytes in used.items():
+        share = told.get(name.replace("used", "limit"), math.inf) / 1e6
+        if megabytes > share:
+            part = name.split('"')[1]
+            beyond.append(f"{part} keeps {megabytes:.1f} MB, its share is {share:.1f} MB")
+    return math.fsum(used.values()), tuple(beyond)
+
+
 def take_sample(daemon, timeout_s):
     told = metrics(daemon, timeout_s)
     pid = daemon.process.pid
     status = pathlib.Path(f"/proc/{pid}/status").read_text(encoding="ascii")
     kilobytes = sum(int(re.search(rf"{field}:\s+(\d+)", status).group(1)) for field in ("VmRSS", "VmSwap"))
     return Sample(
-        time.monotonic(), kilobytes / 1024, len(os.listdir(f"/proc/{pid}/fd")),
+        time.monotonic(), kilobytes / 1024, *recordings(told), len(os.listdir(f"/proc/{pid}/fd")),
         int(re.search(r"Threads:\s+(\d+)", status).group(1)), told["aprsim_simulated_seconds"],
         told["aprsim_epoch"], told["aprsim_steps_missed_total"],
         told["aprsim_penetration_faults"] + told["aprsim_world_stops_total"], told["aprsim_step_seconds_count"],
@@ -55,14 +70,15 @@ def take_sample(daemon, timeout_s):
 
 
 def slope_mb_h(samples):
-    """The slope of memory by least squares; None for fewer than three samples."""
+    """The slope of memory beside the recordings, by least squares; None for fewer than three samples."""
     if len(samples) < 3:
         return None
     hours = [sample.at_s / 3600 for sample in samples]
     mean_h = math.fsum(hours) / len(hours)
-    mean_mb = math.fsum(sample.memory_mb for sample in samples) / len(samples)
+    megabytes = [sample.memory_mb - sample.recorded_mb for sample in samples]
+    mean_mb = math.fsum(megabytes) / len(megabytes)
     spread = math.fsum((hour - mean_h) ** 2 for hour in hours)
-    moment = math.fsum((h - mean_h) * (s.memory_mb - mean_mb) for h, s in zip(hours, samples))
+    moment = math.fsum((h - mean_h) * (mb - mean_mb) for h, mb in zip(hours, megabytes))
     return moment / spread if spread > 0 else None
 
 
