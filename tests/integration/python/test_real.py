@@ -3,10 +3,13 @@
 import contextlib
 import json
 import math
+import os
 import pathlib
 import random
+import signal
 import socket
 import subprocess
+import sys
 import tempfile
 import threading
 import unittest
@@ -412,6 +415,37 @@ class BesideTest(unittest.TestCase):
                 self.cell.robot("fanuc").move_by([0.01, 0, 0])
                 await_that(lambda: shadow.alarms > 0, self.told)
                 self.await_told("mm apart")
+
+    def test_the_program(self):
+        """`python3 -m aprsim.real ` and its words, as in docs/real.md."""
+        port = self.real.endpoints.crcl_port("fanuc")
+        program = [sys.executable, "-m", "aprsim.real"]
+        environment = os.environ | {"PYTHONUNBUFFERED": "1"}
+        for words, code, told in (
+            (["mirror", "fanuc", f"{HOST}:{port}", "--ports-file", self.ours.ports_file], 0, "follows"),
+            (["shadow", "fanuc", f"{HOST}:{port}", "--ports-file", self.ours.ports_file], 0, "they do the same"),
+        ):
+            with subprocess.Popen(
+                [*program, *words], stdout=subprocess.PIPE, text=True, env=environment
+            ) as running:
+                self.addCleanup(running.kill)
+                for line in running.stdout:
+                    if told in line:
+                        break
+                running.send_signal(signal.SIGINT)
+                running.stdout.read()
+                self.assertEqual(running.wait(60 * PATIENCE), code, words)
+        missing = str(pathlib.Path(self.folder) / "none.json")
+        for words, code, told in (
+            (["mirror", "fanuc", "robot", "--ports-file", self.ours.ports_file], 2, "HOST:PORT"),
+            (["mirror", "arm", f"{HOST}:{port}", "--ports-file", self.ours.ports_file], 2, "arm"),
+            (["mirror", "fanuc", f"{HOST}:{port}", "--ports-file", missing], 2, "none.json"),
+            (["shadow", "fanuc", f"{HOST}:{port}", "--rate", "0", "--ports-file", self.ours.ports_file], 2, "rate"),
+        ):
+            done = subprocess.run(
+                [*program, *words], capture_output=True, text=True, timeout=60 * PATIENCE, check=False
+            )
+            self.assertEqual((done.returncode, told in done.stderr), (code, True), done.stderr)
 
     def test_a_relay_passes_no_commands_unless_they_are_allowed(self):
         real = (HOST, self.real.endpoints.crcl_port("fanuc"))

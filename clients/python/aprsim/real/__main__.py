@@ -38,16 +38,21 @@ def main(words: Sequence[str] | None = None) -> int:
     try:
         options.device = address(options.device)
         options.period_s = 1 / arguments.number("rate", options.rate, "Hz", low=1, high=250)
-        with ExitStack() as opened:
-            options.cell = opened.enter_context(Cell.connect(options.ports_file, token_file=options.token_file))
-            code: int = options.run(options, opened, ended)
-            return code
+        code = _run(options, ended)
     except Unreachable as error:
         print(f"aprsim.real: {error}", file=sys.stderr)
         return 3
     except AprsimError as error:
         print(f"aprsim.real: {error}", file=sys.stderr)
         return 2
+    return code
+
+
+def _run(options: argparse.Namespace, ended: threading.Event) -> int:
+    with ExitStack() as opened:
+        options.cell = opened.enter_context(Cell.connect(options.ports_file, token_file=options.token_file))
+        code: int = options.run(options, opened, ended)
+    return code
 
 
 def _command_line() -> argparse.ArgumentParser:

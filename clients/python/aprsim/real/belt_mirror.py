@@ -84,7 +84,7 @@ class BeltMirror:
     ) -> None:
         """`forward` and `count_m_s` are those of BeltReader."""
         self._cell, self._period_s, self._report = cell, period_s, report
-        self._connect = lambda: BeltReader(host, port, patience_s, forward, count_m_s)
+        self._reader = (host, port, patience_s, forward, count_m_s)
         self._told = ""
         self.follows = threading.Event()
         """Set while the belt follows the PLC."""
@@ -93,7 +93,7 @@ class BeltMirror:
         """Until the event is set."""
         while not ended.is_set():
             try:
-                with self._connect() as reader:
+                with BeltReader(*self._reader) as reader:
                     self._follow(reader, ended)
             except (DeviceLost, DeviceLies) as error:
                 self._tell(f"belt: the real PLC is lost: {error}")

@@ -24,6 +24,7 @@ from .wire_joints import WireJoints
 RETRY_S = 1.0
 """Between two attempts with a device that is lost, or a robot that is stopped."""
 _MARGIN_S = 0.005  # for the way of a measurement to the cell
+_MOST_APPROACHES = 4  # each comes closer to a robot that moves
 _OPEN_M = 1e-3  # a gripper within this of its greatest opening counts as open
 
 Report = Callable[[str], None]
@@ -41,7 +42,8 @@ class RobotMirror:
     ) -> None:
         description = cell.robot(robot).description
         limits = [[joint.lower_rad, joint.upper_rad, joint.max_speed_rad_s] for joint in description.joints]
-        self._pacing = Pacing(*np.array(limits).T, period_s + _MARGIN_S)
+        lower_rad, upper_rad, speed_rad_s = np.array(limits).T
+        self._pacing = Pacing(lower_rad, upper_rad, speed_rad_s, period_s + _MARGIN_S)
         self._joints = WireJoints.of_scene(cell.scene_text(), robot, len(limits))
         self._cell, self._robot = cell, robot
         self._host, self._port = host, port
@@ -80,13 +82,12 @@ class RobotMirror:
             self._report(text)
 
     def _follow(self, reader: StatusReader, ended: threading.Event, resets: bool) -> None:
-        reading, target = self._read(reader)
         commander = f"mirror of {reader.address}"
         with (
             _GripperMirror(self._cell, self._robot, self._report) as gripper,
             self._cell.open_joint_stream(self._robot, commander=commander, reset=resets) as stream,
         ):
-            postures = deque([self._approach(stream, reading.at_s, target)], maxlen=3)
+            reading, postures = self._approach(stream, reader, ended)
             self._tell(f"{self._robot}: follows {reader.address}")
             self.follows.set()
             next_s = time.monotonic()
@@ -102,7 +103,7 @@ class RobotMirror:
                 except Refused as error:
                     self._await_rest(error, ended)
                     stream.restart()
-                    postures = deque([self._approach(stream, reading.at_s, target)], maxlen=3)
+                    reading, postures = self._approach(stream, reader, ended)
                 next_s = max(next_s + self._period_s, time.monotonic())
                 ended.wait(next_s - time.monotonic())
 
@@ -134,13 +135,21 @@ class RobotMirror:
         self._left_until_s = time.monotonic() + taken.end_time_s - taken.time_s
         self._moves = bool((velocity_rad_s != 0).any())
 
-    def _approach(self, stream: JointStream, at_s: float, target: Array) -> tuple[float, Array]:
-        """Slowly to the first posture, which is returned."""
+    def _approach(
+        self, stream: JointStream, reader: StatusReader, ended: threading.Event
+    ) -> tuple[Reading, deque[tuple[float, Array]]]:
+        """Slowly to where the real robot is, again while it goes on meanwhile. The last reading, and where
+        the robot is then."""
         here = self._cell.snapshot(["robots"]).robot(self._robot).joints_rad
-        self._left_until_s, self._moves, self._measured_s = 0.0, False, at_s
-        if np.abs(target - here).max() > 0:
+        for _ in range(_MOST_APPROACHES):
+            reading, target = self._read(reader)
+            self._left_until_s, self._moves, self._measured_s = 0.0, False, reading.at_s
+            if np.abs(target - here).max() == 0:
+                break
             self._move(stream, target, max(self._pacing.approach_s(here, target), self._period_s), 0 * target)
-        return 0.0, target
+            here = target
+            ended.wait(max(self._left_until_s - time.monotonic(), 0.0))
+        return reading, deque([(0.0, here)], maxlen=3)
 
     def _posture(self, reading: Reading) -> Array:
         return self._joints.positions_rad(reading.status.joints)

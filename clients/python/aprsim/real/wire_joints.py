@@ -60,10 +60,10 @@ class WireJoints:
 
 
 def _wire_joint(entry: Mapping[str, Any]) -> WireJoint:
-    joint = entry.get("joint")
+    joint = str(entry.get("joint", "none"))
     counts = entry.get("pulses_per_deg")
     return WireJoint(
-        joint=-1 if joint in (None, "none") else int(joint) - 1,
+        joint=-1 if joint == "none" else int(joint) - 1,
         unit_rad=math.radians(1 / float(counts) if counts else 1),
         sign=-1.0 if entry.get("reversed") else 1.0,
         offset_rad=math.radians(float(entry.get("offset_deg", 0))),

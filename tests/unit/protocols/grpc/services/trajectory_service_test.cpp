@@ -230,7 +230,7 @@ TEST_F(TrajectoryService, AnOpenStreamClaimsTheRobotAndTakesPointsUntilTheCallEn
   points.mutable_points()->set_begins(true);
   *points.mutable_points()->add_points() = request().trajectory().points(0);
   std::thread world([&] {
-    cell_->wait_for_commands(2);
+    EXPECT_TRUE(cell_->wait_for_commands(2));
     cell_->publish([](api::Snapshot& next) {
       next.applied = 2;
       next.robots[kMotoman].motion.time = 3ms;
@@ -270,7 +270,7 @@ TEST_F(TrajectoryService, PointsThatAreRefusedSayWhy) {
   EXPECT_NE(unknown.error_message().find("fanuc, motoman"), std::string::npos);
   EXPECT_TRUE(cell_->commands().empty());
   std::thread world([&] {
-    cell_->wait_for_commands(1);
+    EXPECT_TRUE(cell_->wait_for_commands(1));
     cell_->publish([](api::Snapshot& next) {
       next.applied = 1;
       const Error error{ErrorCode::kNotFound, "stream", "stream 7 has ended, or never began"};
