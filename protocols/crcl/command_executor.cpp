@@ -53,9 +53,9 @@ struct CommandExecutor::Visitor {
     submit(api::EndProgram{});
   }
 
-  // Outside a session there is no motion to stop, and the robot refuses commands.
+  // Outside a session nothing but a stream of motions moves the robot.
   void operator()(const crcl::StopMotion& stop) {
-    if (!lifecycle.session_open()) return lifecycle.done();
+    if (!lifecycle.session_open() && !robot.follows_stream()) return lifecycle.done();
     submit(to_action(stop));
   }
 
@@ -283,6 +283,12 @@ void CommandExecutor::client_lost(const Caller& caller, const std::string& reaso
   stop_robot();
   if (lifecycle_.in_error()) return;
   lifecycle_.fail("The connection of " + caller.peer + " was lost: " + reason);
+}
+
+bool CommandExecutor::follows_stream() const {
+  const api::SnapshotPtr now = source_.latest();
+  const auto index = static_cast<std::size_t>(options_.robot);
+  return index < now->robots.size() && now->robots[index].motion.stream != 0;
 }
 
 void CommandExecutor::stop_robot() {

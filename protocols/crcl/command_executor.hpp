@@ -100,6 +100,7 @@ class CommandExecutor {
   void carry_out(const crcl::CommandInstance& instance, const Caller& caller);
   void keep_old_status();
   void stop_robot();
+  [[nodiscard]] bool follows_stream() const;
   void start(ProgramRunner program);
   [[nodiscard]] bool step_done(const api::Snapshot& snapshot);
   void observe(const api::Snapshot& snapshot);

@@ -160,8 +160,8 @@ class TelemetryServer::Impl {
     waiter_ = std::make_unique<CommandWaiter>(source_);
     telemetry_ = std::make_unique<TelemetryService>(options_, source_, *hub_, *event_hub_, *gate_);
     control_ = std::make_unique<ControlService>(options_, sink_, source_, *waiter_, *gate_);
-    trajectories_ =
-        std::make_unique<TrajectoryService>(options_, sink_, source_, *trajectory_hub_, *gate_);
+    trajectories_ = std::make_unique<TrajectoryService>(options_, sink_, source_, *trajectory_hub_,
+                                                        *gate_, *control_);
     history_ = std::make_unique<HistoryService>(options_, *control_);
     journal_ = std::make_unique<JournalService>(options_.incidents, *gate_);
     cameras_ = std::make_unique<CameraService>(options_.cameras, *image_hub_, *gate_);

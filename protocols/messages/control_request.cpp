@@ -118,6 +118,12 @@ Result<api::FollowTrajectory> to_command(const v1::FollowTrajectory& message) {
   return goal;
 }
 
+Result<api::AppendPoints> to_command(const v1::AppendPoints& message) {
+  api::AppendPoints points;
+  if (auto ok = read_value(message, points); !ok) return tl::unexpected(ok.error());
+  return points;
+}
+
 Result<CommandBody> command_of(const v1::SetConveyorRequest& request,
                                const api::Snapshot& snapshot) {
   const api::CellDescription& cell = *snapshot.cell;

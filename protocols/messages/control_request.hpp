@@ -15,6 +15,7 @@ namespace aprsim::protocols {
 [[nodiscard]] Result<api::RunUntil> to_command(const v1::RunUntilRequest& request);
 /// Names and numbers are checked where the command is submitted and where it takes effect.
 [[nodiscard]] Result<api::FollowTrajectory> to_command(const v1::FollowTrajectory& message);
+[[nodiscard]] Result<api::AppendPoints> to_command(const v1::AppendPoints& message);
 
 using CommandBody = decltype(api::Command::body);
 

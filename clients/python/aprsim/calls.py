@@ -344,6 +344,10 @@ def set_planning(robot: str, mode: str) -> Call[Receipt]:
     return _control("SetPlanning", request, _receipt)
 
 
+def append_points(request: Any) -> Call[Any]:
+    return Call("Trajectory", "AppendPoints", request, lambda answer: answer)
+
+
 def set_conveyor(
     run: bool | None,
     forward: bool | None,

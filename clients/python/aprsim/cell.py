@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import math
 import queue
-import threading
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Iterator, Mapping, Sequence, TypeVar
@@ -20,10 +19,12 @@ from .closing import Closing
 from .endpoints import Endpoints, find_endpoints
 from .errors import AprsimError, TimedOut
 from .events import Event, Happens, event
+from .joint_stream import JointStream
 from .poses import Array
 from .robot import MOST_POLL_STEPS, POLL_S, POLL_STEPS, Robot
 from .robot_wires import RobotSocket, RobotWire
 from .snapshots import BodyState, Snapshot, seconds
+from .trajectory_call import TrajectoryCall
 
 if TYPE_CHECKING:
     from .v1 import cell_pb2, control_service_pb2, faults_pb2, snapshot_pb2
@@ -300,24 +301,30 @@ class Cell(Channel, Closing):
     ) -> trajectories.Followed:
         """Follow a trajectory to its end, as `Robot.follow`. Steps a paused cell."""
         limit_s = arguments.number("timeout_s", timeout_s, "s", above=0)
-        call = self._stub("Trajectory", "FollowJointTrajectory")(
-            goal.request, metadata=self._metadata
-        )
-        self._open_calls.add(call)
-        answers: queue.SimpleQueue[Any] = queue.SimpleQueue()
-        reader = threading.Thread(target=_read_answers, args=(call, answers), daemon=True)
-        reader.start()
-        try:
-            self._accept_answers(goal, answers, limit_s)
-        finally:
-            # The robot stops unless it has reached the goal.
-            call.cancel()
-            self._open_calls.discard(call)
-            reader.join()
+        with self.call_trajectory(goal.request) as call:
+            self._accept_answers(goal, call, limit_s)
         return goal.followed()
 
+    def open_joint_stream(self, robot: str, *, commander: str = "", reset: bool = False) -> JointStream:
+        """Let a robot follow postures as they come, as those of another robot. `commander` is the name
+        that others see, by default this program's address. `reset` clears an alarm, a protective stop or
+        an error before. Raises Refused while another commander has the robot."""
+        joints = len(calls.robot_named(self.description, robot).joints)
+        name = arguments.text("commander", commander) if commander else ""
+        return JointStream(self, robot, joints, name, arguments.truth("reset", reset))
+
+    def call_trajectory(self, request: Any) -> TrajectoryCall:
+        """An open call of FollowJointTrajectory."""
+        call = self._stub("Trajectory", "FollowJointTrajectory")(request, metadata=self._metadata)
+        self._open_calls.add(call)
+        return TrajectoryCall(call, self._error, self._open_calls.discard)
+
+    def append_points(self, request: Any) -> Any:
+        """The answer to a request for AppendPoints."""
+        return self._run(calls.append_points(request))
+
     def _accept_answers(
-        self, goal: trajectories.Goal, answers: queue.SimpleQueue[Any], limit_s: float
+        self, goal: trajectories.Goal, call: TrajectoryCall, limit_s: float
     ) -> None:
         waited_s, steps, is_over = 0.0, POLL_STEPS, False
         while goal.end is None:
@@ -329,11 +336,9 @@ class Cell(Channel, Closing):
             began = time.monotonic()
             steps_on = self.paused and goal.stream and not is_over
             with contextlib.suppress(queue.Empty):
-                answer = answers.get(timeout=None if steps_on else POLL_S, block=not steps_on)
+                answer = call.next(None if steps_on else POLL_S)
                 if answer is None:
                     return
-                if isinstance(answer, grpc.RpcError):
-                    raise self._error(answer) from answer
                 goal.accept(answer)
             if not self.paused:
                 waited_s += time.monotonic() - began
@@ -453,13 +458,3 @@ class Cell(Channel, Closing):
         finally:
             call.cancel()
             self._open_calls.discard(call)
-
-
-def _read_answers(call: Any, answers: queue.SimpleQueue[Any]) -> None:
-    """All answers of a call, then its error, or None."""
-    try:
-        for answer in call:
-            answers.put(answer)
-    except grpc.RpcError as error:
-        answers.put(error)
-    answers.put(None)

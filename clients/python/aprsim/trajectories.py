@@ -161,18 +161,18 @@ def goal(
     _add_tolerances(message.path_tolerance, "path_tolerance_rad", path_tolerance_rad, count)
     _add_tolerances(message.goal_tolerance, "goal_tolerance_rad", goal_tolerance_rad, count)
     wait_s = arguments.number("goal_time_s", goal_time_s, "s", low=0, high=LONGEST_S)
-    _set(message.goal_time_tolerance, wait_s)
+    set_time(message.goal_time_tolerance, wait_s)
     if start_s is not None:
-        _set(message.start, arguments.number("start_s", start_s, "s", low=0))
+        set_time(message.start, arguments.number("start_s", start_s, "s", low=0))
     request = service.FollowJointTrajectoryRequest(robot=description.name, trajectory=message)
     period_s = arguments.number("feedback_s", feedback_s, "s", above=0)
-    _set(request.feedback_period, period_s if on_feedback is not None else 0.0)
+    set_time(request.feedback_period, period_s if on_feedback is not None else 0.0)
     return Goal(description.name, request, on_feedback)
 
 
 def _add_point(message: Any, trajectory: Trajectory, row: int) -> None:
     point = message.points.add()
-    _set(point.time, float(trajectory.times_s[row]))
+    set_time(point.time, float(trajectory.times_s[row]))
     point.position_rad.extend(trajectory.positions_rad[row].tolist())
     if trajectory.velocities_rad_s is not None:
         point.velocity_rad_s.extend(trajectory.velocities_rad_s[row].tolist())
@@ -232,7 +232,7 @@ def _optional(
     return None if value is None else _table(name, value, rows, unit, columns)
 
 
-def _set(duration: Any, value_s: float) -> None:
+def set_time(duration: Any, value_s: float) -> None:
     """Whole nanoseconds, which is what the cell counts."""
     nanoseconds = round(value_s * 1e9)
     duration.seconds, duration.nanos = divmod(nanoseconds, 1_000_000_000)

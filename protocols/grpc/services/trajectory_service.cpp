@@ -8,6 +8,7 @@
 #include "protocols/grpc/calls/call_peer.hpp"
 #include "protocols/grpc/calls/rpc_status.hpp"
 #include "protocols/messages/control_request.hpp"
+#include "protocols/messages/control_response.hpp"
 #include "protocols/messages/write_message.hpp"
 
 namespace aprsim::grpc_server {
@@ -48,6 +49,12 @@ std::vector<std::size_t> joints_of(const std::vector<std::string>& names,
   return joints;
 }
 
+/// The goal itself, or the stream that takes its points later.
+api::TrajectoryAction action_of(api::FollowTrajectory goal, bool open) {
+  if (!open) return goal;
+  return api::ClaimMotion{.commander = std::move(goal.commander), .reset = goal.reset};
+}
+
 }  // namespace
 
 Result<SubmittedGoal> TrajectoryService::submit(const v1::FollowJointTrajectoryRequest& request,
@@ -71,7 +78,8 @@ Result<SubmittedGoal> TrajectoryService::submit(const v1::FollowJointTrajectoryR
     }
   }
   const api::EndpointId endpoint = options_.listener.endpoint;
-  const auto ticket = sink_.submit({endpoint, api::TrajectoryCommand{*robot, *std::move(goal)}});
+  const auto ticket = sink_.submit(
+      {endpoint, api::TrajectoryCommand{*robot, action_of(*std::move(goal), request.open())}});
   if (!ticket) return tl::unexpected(ticket.error());
   submitted.ticket = *ticket;
   submitted.cancel = [this, endpoint, robot = *robot, stream = *ticket] {
@@ -96,6 +104,34 @@ TrajectoryService::FollowJointTrajectory(grpc::CallbackServerContext* context,
   }
   stream->begin();
   return stream.get();
+}
+
+grpc::ServerUnaryReactor* TrajectoryService::AppendPoints(grpc::CallbackServerContext* context,
+                                                          const v1::AppendPointsRequest* request,
+                                                          v1::AppendPointsResponse* response) {
+  auto* const reactor = context->DefaultReactor();
+  const auto finish = [reactor](const grpc::Status& status) { reactor->Finish(status); };
+  const auto robot = robot_of(request->robot(), *source_.latest()->cell);
+  auto points = protocols::to_command(request->points());
+  if (const auto refused = gate_.refusal(*context)) {
+    finish(*refused);
+  } else if (!robot) {
+    finish(rpc_status(robot.error()));
+  } else if (!points) {
+    finish(rpc_status(points.error()));
+  } else {
+    control_.carry_out(
+        context, finish, api::TrajectoryCommand{*robot, *std::move(points)},
+        [response, robot = *robot](const api::Snapshot& snapshot, api::Ticket ticket) {
+          protocols::write_receipt(snapshot, ticket, *response->mutable_receipt());
+          const auto index = static_cast<std::size_t>(robot);
+          if (index >= snapshot.robots.size()) return;
+          const api::MotionSnapshot& motion = snapshot.robots[index].motion;
+          protocols::write_message(motion.time, *response->mutable_time());
+          protocols::write_message(motion.end_time, *response->mutable_end_time());
+        });
+  }
+  return reactor;
 }
 
 }  // namespace aprsim::grpc_server

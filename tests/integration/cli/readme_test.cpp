@@ -131,6 +131,7 @@ constexpr TestedElsewhere kTestedElsewhere[] = {
     {"python3 -m venv", "tests/integration/python/test_install.py", "python3 -m venv"},
     {"python3 -m aprsim.datasets", "tests/integration/python/test_datasets.py",
      "python3 -m aprsim.datasets "},
+    {"python3 -m aprsim.real", "tests/integration/python/test_real.py", "python3 -m aprsim.real "},
     {"python3 clients/python/examples/learn.py", "tests/integration/python/test_learn.py",
      "\"examples\" / \"learn.py\""},
     {"python3 -m clients.vision", "tests/integration/vision/test_wires.py", "--write-ports="},

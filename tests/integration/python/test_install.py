@@ -33,6 +33,10 @@ class Install(unittest.TestCase):
             )
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual(done.stdout.split(), [str(target / "aprsim" / "__init__.py"), "7"])
+            # Every room of the package is installed.
+            rooms = {file.parent.relative_to(PACKAGE) for file in PACKAGE.glob("aprsim/**/__init__.py")}
+            installed = {file.parent.relative_to(target) for file in target.glob("aprsim/**/__init__.py")}
+            self.assertEqual(installed, rooms)
             for file in ("py.typed", "v1/snapshot_pb2.pyi"):
                 self.assertTrue((target / "aprsim" / file).exists(), file)
 

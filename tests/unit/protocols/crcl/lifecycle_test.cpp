@@ -85,6 +85,15 @@ TEST_F(Lifecycle, StopMotionAndEndCanonAreFineBeforeInitCanon) {
   expect(client.status(), 2, CommandState::kDone);
 }
 
+TEST_F(Lifecycle, StopMotionBeforeInitCanonStopsAStreamOfMotions) {
+  world_.publish([](api::Snapshot& next) { next.robots[0].motion.stream = 5; });
+  TestClient client(port_);
+  client.command(1, "StopMotionType", "<StopCondition>Fast</StopCondition>");
+  EXPECT_EQ(action<api::StopMotion>(ticket(1)).kind, api::StopKind::kFast);
+  world_.report(0, ticket(1), ActionState::kDone);
+  expect(client.status(), 1, CommandState::kDone);
+}
+
 TEST_F(Lifecycle, IdsThatRepeatOrGoDownAreExecuted) {
   TestClient client(port_);
   initialize(client);

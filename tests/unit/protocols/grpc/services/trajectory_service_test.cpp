@@ -211,6 +211,79 @@ TEST_F(TrajectoryService, AResetEndsTheCall) {
   EXPECT_EQ(goal.reader->Finish().error_code(), grpc::StatusCode::ABORTED);
 }
 
+TEST_F(TrajectoryService, AnOpenStreamClaimsTheRobotAndTakesPointsUntilTheCallEnds) {
+  v1::FollowJointTrajectoryRequest open;
+  open.set_robot("motoman");
+  open.set_open(true);
+  open.mutable_trajectory()->set_reset(true);
+  Goal goal(*stub_, open);
+  const auto claim = submitted(1);
+  EXPECT_TRUE(std::get<api::ClaimMotion>(claim).reset);
+  EXPECT_NE(std::get<api::ClaimMotion>(claim).commander.find("gRPC"), std::string::npos);
+  accept();
+  ASSERT_TRUE(goal.read());
+  EXPECT_EQ(goal.response.accepted().stream(), 1U);
+
+  v1::AppendPointsRequest points;
+  points.set_robot("motoman");
+  points.mutable_points()->set_stream(1);
+  points.mutable_points()->set_begins(true);
+  *points.mutable_points()->add_points() = request().trajectory().points(0);
+  std::thread world([&] {
+    EXPECT_TRUE(cell_->wait_for_commands(2));
+    cell_->publish([](api::Snapshot& next) {
+      next.applied = 2;
+      next.robots[kMotoman].motion.time = 3ms;
+      next.robots[kMotoman].motion.end_time = 1s;
+    });
+  });
+  v1::AppendPointsResponse taken;
+  grpc::ClientContext context;
+  set_deadline(context, 20s);
+  const auto status = stub_->AppendPoints(&context, points, &taken);
+  world.join();
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(taken.receipt().ticket(), 2U);
+  EXPECT_EQ(taken.time().nanos(), 3'000'000);
+  EXPECT_EQ(taken.end_time().seconds(), 1);
+  const auto append = submitted(2);
+  EXPECT_EQ(std::get<api::AppendPoints>(append).stream, 1U);
+  EXPECT_TRUE(std::get<api::AppendPoints>(append).begins);
+  EXPECT_EQ(std::get<api::AppendPoints>(append).points.at(0).position_rad.at(3), 0.1 * 3);
+
+  goal.context.TryCancel();
+  EXPECT_EQ(std::get<api::ReleaseMotion>(submitted(3)).stream, 1U);
+}
+
+TEST_F(TrajectoryService, PointsThatAreRefusedSayWhy) {
+  const auto append = [&](const std::string& robot) {
+    v1::AppendPointsRequest points;
+    points.set_robot(robot);
+    points.mutable_points()->set_stream(7);
+    v1::AppendPointsResponse taken;
+    grpc::ClientContext context;
+    set_deadline(context, 20s);
+    return stub_->AppendPoints(&context, points, &taken);
+  };
+  const auto unknown = append("arm");
+  EXPECT_EQ(unknown.error_code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_NE(unknown.error_message().find("fanuc, motoman"), std::string::npos);
+  EXPECT_TRUE(cell_->commands().empty());
+  std::thread world([&] {
+    EXPECT_TRUE(cell_->wait_for_commands(1));
+    cell_->publish([](api::Snapshot& next) {
+      next.applied = 1;
+      const Error error{ErrorCode::kNotFound, "stream", "stream 7 has ended, or never began"};
+      next.failures = std::make_shared<const std::vector<api::CommandFailure>>(
+          std::vector<api::CommandFailure>{{1, error}});
+    });
+  });
+  const auto ended = append("motoman");
+  world.join();
+  EXPECT_EQ(ended.error_code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_EQ(ended.error_message(), "stream: stream 7 has ended, or never began");
+}
+
 TEST_F(TrajectoryService, NamesWhatIsWrong) {
   Goal unknown(*stub_, request("arm"));
   EXPECT_FALSE(unknown.read());

@@ -1,0 +1,113 @@
+"""A robot that follows postures as they come."""
+
+from __future__ import annotations
+
+import queue
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy.typing as npt
+
+from . import arguments
+from .closing import Closing
+from .errors import AprsimError, Refused, TimedOut
+from .snapshots import seconds
+from .trajectories import LONGEST_S, TrajectoryError, set_time
+from .v1 import trajectory_pb2 as messages
+from .v1 import trajectory_service_pb2 as service
+
+if TYPE_CHECKING:
+    from .cell import Cell
+
+_ACCEPTED_S = 60.0  # generous for a busy machine
+_END_S = 1.0  # for the result of a stream that has ended
+
+
+@dataclass(frozen=True)
+class Taken:
+    """Where a stream is as a posture is taken. Its time stands while no postures are left."""
+
+    time_s: float
+    """Time of the stream."""
+    end_time_s: float
+    """Time of the posture, at which the joints reach it."""
+
+
+class JointStream(Closing):
+    """Has a robot until it is closed, or a stop of the robot ends it: `Cell.open_joint_stream`. Thread:
+    one at a time."""
+
+    def __init__(self, cell: Cell, robot: str, joints: int, commander: str, reset: bool) -> None:
+        self._cell, self._robot, self._joints = cell, robot, joints
+        self._begun, self._end_s = False, 0.0
+        request = service.FollowJointTrajectoryRequest(robot=robot, open=True)
+        request.trajectory.commander = commander
+        request.trajectory.reset = reset
+        set_time(request.feedback_period, 0.0)
+        self._call = cell.call_trajectory(request)
+        try:
+            self.number = int(self._next(_ACCEPTED_S).accepted.stream)
+        except AprsimError:
+            self.close()
+            raise
+
+    def append(
+        self, positions_rad: npt.ArrayLike, after_s: float, velocities_rad_s: npt.ArrayLike | None = None
+    ) -> Taken:
+        """Move all joints to these positions, in `after_s` from the posture before: on a smooth curve to
+        these velocities, else on a straight line. Raises Refused with what is wrong, and TrajectoryError
+        once the stream has ended."""
+        positions = arguments.vector("positions_rad", positions_rad, self._joints, "rad")
+        after_s = arguments.number("after_s", after_s, "s", above=0, high=LONGEST_S)
+        self.require_open()
+        request = service.AppendPointsRequest(robot=self._robot)
+        request.points.stream = self.number
+        request.points.begins = not self._begun
+        point = request.points.points.add(position_rad=positions.tolist())
+        set_time(point.time, self._end_s + after_s)
+        if velocities_rad_s is not None:
+            velocities = arguments.vector("velocities_rad_s", velocities_rad_s, self._joints, "rad/s")
+            point.velocity_rad_s.extend(velocities.tolist())
+        try:
+            answer = self._cell.append_points(request)
+        except Refused:
+            self._await_end()
+            raise
+        self._begun = True
+        self._end_s += after_s
+        return Taken(seconds(answer.time), seconds(answer.end_time))
+
+    def restart(self) -> None:
+        """Let the next posture begin a motion from where the robot stands, as after a stop."""
+        self._begun, self._end_s = False, 0.0
+
+    def require_open(self) -> None:
+        """Raises TrajectoryError with the cause where the stream has ended."""
+        if self._call.answers.empty():
+            return
+        end = self._next(_ACCEPTED_S).result
+        self.close()
+        name = messages.StreamResult.Name(end.result).removeprefix("STREAM_RESULT_")
+        raise TrajectoryError(name, f"{self._robot}: {name}: {end.text}")
+
+    def _await_end(self) -> None:
+        """Points are refused, or the stream has ended, of which word comes in a moment."""
+        deadline_s = time.monotonic() + _END_S
+        while self._call.answers.empty() and time.monotonic() < deadline_s:
+            time.sleep(0.01)
+        self.require_open()
+
+    def close(self) -> None:
+        """Give the robot back; it stops."""
+        self._call.close()
+
+    def _next(self, timeout_s: float) -> Any:
+        try:
+            answer = self._call.next(timeout_s)
+        except queue.Empty:
+            raise TimedOut(f"{self._robot}: no answer within {timeout_s:g} s") from None
+        if answer is None:
+            raise TrajectoryError("STOPPED", f"{self._robot}: the call has ended without a result")
+        return answer
+

@@ -1,0 +1,22 @@
+"""Errors of real devices, and their addresses."""
+
+from __future__ import annotations
+
+from ..errors import AprsimError, BadArgument
+from ..hosts import checked_host
+
+
+class DeviceLost(AprsimError):
+    """A real device does not answer, or its connection has ended."""
+
+
+class DeviceLies(AprsimError):
+    """A real device tells values that no such device can have."""
+
+
+def address(text: str) -> tuple[str, int]:
+    """Host and port of HOST:PORT. Raises BadArgument."""
+    host, colon, port = text.rpartition(":")
+    if not colon or not port.isdecimal() or not 0 < int(port) < 65536:
+        raise BadArgument(f"address: '{text}', where HOST:PORT is expected")
+    return checked_host(host), int(port)

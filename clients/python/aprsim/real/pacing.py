@@ -1,0 +1,73 @@
+"""Times at which a robot reaches measured postures."""
+
+from __future__ import annotations
+
+from typing import Sequence
+
+import numpy as np
+
+from ..poses import Array
+from .devices import DeviceLies
+
+_SPEED_SHARE = 0.98  # of a joint's limit that a copy uses
+_SPEED_TOLERANCE = 1.5  # times a joint's limit, between two measurements whose times are rounded
+_LEAST_INTERVAL_S = 0.01  # for speeds of measurements
+# Accelerations grow with the square of the shortening.
+_LEAST_SHARE, _MOST_SHARE = 0.85, 1.3  # of the time between two measurements
+_CORRECTION = 0.1  # of the difference from the wanted delay, in each segment
+_LIMIT_TOLERANCE_RAD = 0.02  # beyond a joint's range: rounded, or another stop than ours
+_INSIDE_RAD = 1e-6
+_APPROACH_SHARE = 0.15  # of a joint's speed
+
+
+class Pacing:
+    """For one robot with these limits (k joints)."""
+
+    def __init__(self, lower_rad: Array, upper_rad: Array, max_speed_rad_s: Array, delay_s: float) -> None:
+        """`delay_s` is the wanted time from a measurement to the posture."""
+        self._lower, self._upper, self._speed = lower_rad, upper_rad, max_speed_rad_s
+        self._delay_s = delay_s
+
+    def checked(self, positions_rad: Array) -> Array:
+        """The posture within the joints' ranges. Raises DeviceLies for one that is far beyond."""
+        beyond = np.maximum(self._lower - positions_rad, positions_rad - self._upper)
+        if (worst := int(beyond.argmax())) >= 0 and beyond[worst] > _LIMIT_TOLERANCE_RAD:
+            raise DeviceLies(
+                f"joint {worst + 1} at {positions_rad[worst]:.4f} rad, beyond its range of "
+                f"{self._lower[worst]:.4f} to {self._upper[worst]:.4f} rad"
+            )
+        return np.clip(positions_rad, self._lower + _INSIDE_RAD, self._upper - _INSIDE_RAD)
+
+    def check_speed(self, before_rad: Array, now_rad: Array, interval_s: float) -> None:
+        """Raises DeviceLies for a motion that the robot's drives cannot make."""
+        speed = np.abs(now_rad - before_rad) / max(interval_s, _LEAST_INTERVAL_S)
+        ratio = speed / self._speed
+        worst = int(ratio.argmax())
+        if ratio[worst] > _SPEED_TOLERANCE:
+            raise DeviceLies(
+                f"joint {worst + 1} at {speed[worst]:.3f} rad/s, its limit is {self._speed[worst]:.3f} rad/s"
+            )
+
+    def approach_s(self, from_rad: Array, to_rad: Array) -> float:
+        """Duration of a slow motion from rest to rest; 0 where there is nothing to do."""
+        return float((np.abs(to_rad - from_rad) / (_APPROACH_SHARE * self._speed)).max())
+
+    def segment_s(self, from_rad: Array, to_rad: Array, measured_s: float, left_s: float) -> float:
+        """Duration of the motion to the next posture, `measured_s` after the one before, when what is
+        appended already takes `left_s`. The robot is late by the delay in the mean, later where its limits
+        make it so; the durations are those of the measurements but for a share of the difference."""
+        least_s = float((np.abs(to_rad - from_rad) / (_SPEED_SHARE * self._speed)).max())
+        late_s = left_s + measured_s - self._delay_s
+        wanted_s = np.clip(measured_s - _CORRECTION * late_s, _LEAST_SHARE * measured_s, _MOST_SHARE * measured_s)
+        return max(float(wanted_s), least_s, 1e-3)
+
+    def velocity(self, postures: Sequence[tuple[float, Array]]) -> Array:
+        """At the last one of postures with the times at which the robot reaches them: of the parabola through the last three, within
+        the joints' limits. 0 where the posture has not changed."""
+        (before_s, before), (now_s, now) = postures[-2], postures[-1]
+        slope = (now - before) / (now_s - before_s)
+        if len(postures) > 2 and (slope != 0).any():
+            earlier_s, earlier = postures[-3]
+            bend = (slope - (before - earlier) / (before_s - earlier_s)) / (now_s - earlier_s)
+            slope = slope + bend * (now_s - before_s)
+        return np.clip(slope, -_SPEED_SHARE * self._speed, _SPEED_SHARE * self._speed)

@@ -1,0 +1,201 @@
+"""A robot of the cell that moves as a real one moves."""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections import deque
+from typing import Callable
+
+import numpy as np
+
+from ..cell import Cell
+from ..errors import AprsimError, Refused
+from ..joint_stream import JointStream
+from ..poses import Array
+from ..trajectories import TrajectoryError
+from ..v1 import trajectory_pb2
+from .crcl_status import Reading, StatusReader
+from .devices import DeviceLies, DeviceLost
+from .pacing import Pacing
+from .wire_joints import WireJoints
+
+RETRY_S = 1.0
+"""Between two attempts with a device that is lost, or a robot that is stopped."""
+_MARGIN_S = 0.005  # for the way of a measurement to the cell
+_MOST_APPROACHES = 4  # each comes closer to a robot that moves
+_OPEN_M = 1e-3  # a gripper within this of its greatest opening counts as open
+
+Report = Callable[[str], None]
+"""Takes a line for the user."""
+
+
+class RobotMirror:
+    """Reads a real robot's statuses by CRCL and lets the cell's robot of that name follow its joints and
+    its gripper. A device that is lost, or that tells impossible values, is reported; the robot stops
+    until it is back. A robot that somebody stops in the cell is taken again when it is free. Thread: one
+    at a time."""
+
+    def __init__(
+        self, cell: Cell, robot: str, host: str, port: int, *, period_s: float, patience_s: float, report: Report
+    ) -> None:
+        description = cell.robot(robot).description
+        limits = [[joint.lower_rad, joint.upper_rad, joint.max_speed_rad_s] for joint in description.joints]
+        lower_rad, upper_rad, speed_rad_s = np.array(limits).T
+        self._pacing = Pacing(lower_rad, upper_rad, speed_rad_s, period_s + _MARGIN_S)
+        self._joints = WireJoints.of_scene(cell.scene_text(), robot, len(limits))
+        self._cell, self._robot = cell, robot
+        self._host, self._port = host, port
+        self._period_s, self._patience_s = period_s, patience_s
+        self._report = report
+        self._told = ""
+        self._left_until_s, self._moves, self._measured_s = 0.0, False, 0.0
+        self.latest: Reading | None = None
+        """The last status of the real robot; None while it is lost."""
+        self.follows = threading.Event()
+        """Set while the cell's robot follows the real one."""
+
+    def run(self, ended: threading.Event) -> None:
+        """Until the event is set."""
+        resets = True  # an error that was there before
+        while not ended.is_set():
+            try:
+                with StatusReader(self._host, self._port, self._patience_s) as reader:
+                    self._follow(reader, ended, resets)
+            except (DeviceLost, DeviceLies) as error:
+                self._tell(f"{self._robot}: the real robot is lost: {error}")
+            except TrajectoryError as error:
+                resets = error.result == "ALARM"  # by a point of ours; a stop is for a person to clear
+                self._tell(f"{self._robot}: the simulated robot does not follow: {error}")
+            except Refused as error:
+                self._tell(f"{self._robot}: the simulated robot does not follow: {error}")
+            finally:
+                self.follows.clear()
+                self.latest = None
+            ended.wait(RETRY_S)
+
+    def _tell(self, text: str) -> None:
+        """Once, until something else is told."""
+        if text != self._told:
+            self._told = text
+            self._report(text)
+
+    def _follow(self, reader: StatusReader, ended: threading.Event, resets: bool) -> None:
+        commander = f"mirror of {reader.address}"
+        with (
+            _GripperMirror(self._cell, self._robot, self._report) as gripper,
+            self._cell.open_joint_stream(self._robot, commander=commander, reset=resets) as stream,
+        ):
+            reading, postures = self._approach(stream, reader, ended)
+            self._tell(f"{self._robot}: follows {reader.address}")
+            self.follows.set()
+            next_s = time.monotonic()
+            while not ended.is_set():
+                before, (reading, target) = reading, self._read(reader)
+                self._pacing.check_speed(
+                    self._posture(before), self._posture(reading), reading.at_s - before.at_s
+                )
+                gripper.follow(reading.status.separation_m)
+                stream.require_open()
+                try:
+                    self._append(stream, postures, (reading.at_s, target))
+                except Refused as error:
+                    self._await_rest(error, ended)
+                    stream.restart()
+                    reading, postures = self._approach(stream, reader, ended)
+                next_s = max(next_s + self._period_s, time.monotonic())
+                ended.wait(next_s - time.monotonic())
+
+    def _await_rest(self, error: Refused, ended: threading.Event) -> None:
+        """A device that was slow has let the robot run out of postures: it brakes before it takes more.
+        Raises any other refusal."""
+        if "still stopping" not in str(error):
+            raise error
+        while not ended.is_set():
+            motion = self._cell.snapshot(["robots"]).robot(self._robot).message.motion
+            if motion.phase == trajectory_pb2.STREAM_PHASE_READY or motion.stream == 0:
+                return
+            ended.wait(self._period_s)
+
+    def _append(self, stream: JointStream, postures: deque[tuple[float, Array]], now: tuple[float, Array]) -> None:
+        """The next posture; nothing for a robot at rest. `postures`: the last ones with the times of the
+        stream at which the robot reaches them."""
+        at_s, before = postures[-1]
+        measured_s, self._measured_s = now[0] - self._measured_s, now[0]
+        if (now[1] == before).all() and not self._moves:
+            return
+        left_s = max(self._left_until_s - time.monotonic(), 0.0)
+        duration_s = self._pacing.segment_s(before, now[1], measured_s, left_s)
+        postures.append((at_s + duration_s, now[1]))
+        self._move(stream, now[1], duration_s, self._pacing.velocity(postures))
+
+    def _move(self, stream: JointStream, to_rad: Array, after_s: float, velocity_rad_s: Array) -> None:
+        taken = stream.append(to_rad, after_s, velocity_rad_s)
+        self._left_until_s = time.monotonic() + taken.end_time_s - taken.time_s
+        self._moves = bool((velocity_rad_s != 0).any())
+
+    def _approach(
+        self, stream: JointStream, reader: StatusReader, ended: threading.Event
+    ) -> tuple[Reading, deque[tuple[float, Array]]]:
+        """Slowly to where the real robot is, again while it goes on meanwhile. The last reading, and where
+        the robot is then."""
+        here = self._cell.snapshot(["robots"]).robot(self._robot).joints_rad
+        for _ in range(_MOST_APPROACHES):
+            reading, target = self._read(reader)
+            self._left_until_s, self._moves, self._measured_s = 0.0, False, reading.at_s
+            if np.abs(target - here).max() == 0:
+                break
+            self._move(stream, target, max(self._pacing.approach_s(here, target), self._period_s), 0 * target)
+            here = target
+            ended.wait(max(self._left_until_s - time.monotonic(), 0.0))
+        return reading, deque([(0.0, here)], maxlen=3)
+
+    def _posture(self, reading: Reading) -> Array:
+        return self._joints.positions_rad(reading.status.joints)
+
+    def _read(self, reader: StatusReader) -> tuple[Reading, Array]:
+        reading = reader.read()
+        target = self._pacing.checked(self._posture(reading))
+        self.latest = reading
+        return reading, target
+
+
+class _GripperMirror:
+    """Opens and closes the robot's gripper in a thread of its own, since these commands take their time."""
+
+    def __init__(self, cell: Cell, robot: str, report: Report) -> None:
+        self._robot = cell.robot(robot)
+        self._report = report
+        self._greatest_m = 0.0
+        self._open: bool | None = None
+        self._wanted: queue.SimpleQueue[bool | None] = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._work, daemon=True)
+
+    def __enter__(self) -> _GripperMirror:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._wanted.put(None)
+        self._thread.join()
+
+    def follow(self, separation_m: float | None) -> None:
+        """Of the real one's fingers; None where it does not tell."""
+        if separation_m is None or not 0 <= separation_m < 1:
+            return
+        self._greatest_m = max(self._greatest_m, separation_m)
+        is_open = separation_m > self._greatest_m - _OPEN_M
+        if is_open != self._open:
+            self._open = is_open
+            self._wanted.put(is_open)
+
+    def _work(self) -> None:
+        while (is_open := self._wanted.get()) is not None:
+            try:
+                if is_open:
+                    self._robot.open_gripper()
+                else:
+                    self._robot.close_gripper()
+            except AprsimError as error:
+                self._report(f"{self._robot.name}: the gripper does not follow: {error}")

@@ -1,0 +1,463 @@
+"""Real robots and belts beside the simulated ones, with second daemons as the real side."""
+
+import contextlib
+import json
+import math
+import os
+import pathlib
+import random
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+
+import numpy as np
+from aprsim import BadArgument, Cell, Daemon, Refused, TrajectoryError
+from aprsim.binaries import find_binary
+from aprsim.real.belt_mirror import BeltMirror
+from aprsim.real.crcl_status import StatusReader, get_status
+from aprsim.real.deviation import Comparison
+from aprsim.real.devices import DeviceLies, DeviceLost, address
+from aprsim.real.pacing import Pacing
+from aprsim.real.relay import Documents, Relay, question
+from aprsim.real.robot_mirror import RobotMirror
+from aprsim.real.shadow import Shadow
+from aprsim.real.wire_joints import WireJoints
+from running_cell import PATIENCE, WithCell, await_that
+
+HOST = "127.0.0.1"
+
+
+class JointStreamTest(WithCell):
+    def joints(self, name="motoman"):
+        return self.cell.snapshot(["robots"]).robot(name).joints_rad
+
+    def test_reaches_each_posture_at_its_time(self):
+        start = self.joints()
+        with self.cell.open_joint_stream("motoman", commander="a copy") as stream:
+            turn = 0.1 * np.eye(7)[0]
+            taken = stream.append(start + turn, 0.5, 0 * start)
+            self.assertEqual((taken.time_s, taken.end_time_s), (0, 0.5))
+            self.assertEqual(self.cell.snapshot().robot("motoman").message.motion.commander, "a copy")
+            with self.assertRaisesRegex(Refused, "a copy has the robot"):
+                self.cell.open_joint_stream("motoman")
+            self.cell.step(500)
+            np.testing.assert_allclose(self.joints(), start + turn, atol=1e-9)
+            # Time stands without postures, and goes on with the next one.
+            self.cell.step(300)
+            taken = stream.append(start, 0.5, 0 * start)
+            self.assertEqual((taken.time_s, taken.end_time_s), (0.5, 1.0))
+            self.cell.step(501)
+            np.testing.assert_allclose(self.joints(), start, atol=1e-9)
+            with self.assertRaisesRegex(BadArgument, "positions_rad"):
+                stream.append([0.0] * 6, 0.1)
+        await_that(lambda: self.cell.snapshot().robot("motoman").message.motion.stream == 0, "released")
+
+    def test_tells_why_it_has_ended(self):
+        start = self.joints("fanuc")
+        with self.cell.open_joint_stream("fanuc") as stream:
+            self.cell.robot("fanuc").stop()
+            with self.assertRaises(TrajectoryError) as caught:
+                stream.append(start, 0.1)
+            self.assertEqual(caught.exception.result, "STOPPED")
+        with self.cell.open_joint_stream("fanuc") as stream:
+            with self.assertRaisesRegex(TrajectoryError, "ALARM"):
+                stream.append(start + 10, 0.1)
+        with self.assertRaisesRegex(Refused, "alarm"):
+            self.cell.open_joint_stream("fanuc")
+        self.cell.open_joint_stream("fanuc", reset=True).close()
+
+
+class WireJointsTest(unittest.TestCase):
+    def test_counted_joints_are_those_of_the_cell(self):
+        """In each convention of the shipped scenes, at random postures."""
+        chance = random.Random(5)
+        for scene in ("aprs", "aprs_lab"):
+            with Daemon(scene=scene, speed="stepped") as daemon, Cell.connect(daemon.ports_file) as cell:
+                text = cell.scene_text()
+                for robot in cell.description.robots:
+                    joints = WireJoints.of_scene(text, robot.name, len(robot.joints))
+                    with StatusReader(HOST, cell.endpoints.crcl_port(robot.name), 60 * PATIENCE) as reader:
+                        for _ in range(4):
+                            with cell.open_joint_stream(robot.name, reset=True) as stream:
+                                here = cell.snapshot(["robots"]).robot(robot.name).joints_rad
+                                turn = np.array([chance.uniform(-0.1, 0.1) for _ in here])
+                                stream.append(here + turn, 2.0, 0 * here)
+                                cell.step(2100)
+                            counted = joints.positions_rad(reader.read().status.joints)
+                            here = cell.snapshot(["robots"]).robot(robot.name).joints_rad
+                            np.testing.assert_allclose(counted, here, atol=2e-6, err_msg=f"{scene} {robot.name}")
+
+    def test_values_that_are_none_are_lies(self):
+        joints = WireJoints.of_scene("robots: [{name: a}]", "a", 3)
+        for values in ([1.0, 2.0], [1.0, math.nan, 0.0], [1.0, math.inf, 0.0]):
+            with self.assertRaises(DeviceLies):
+                joints.positions_rad(np.array(values))
+
+
+class PacingTest(unittest.TestCase):
+    SPEED = np.array([2.0, 3.0])
+    PERIOD_S = 0.02
+
+    def pacing(self):
+        return Pacing(np.array([-3.0, -3.0]), np.array([3.0, 3.0]), self.SPEED, self.PERIOD_S)
+
+    def test_never_beyond_a_limit_and_late_by_the_delay(self):
+        """Random motions and jitter: speeds within the limits, and a delay that returns to its value."""
+        chance = random.Random(1)
+        for _ in range(50):
+            pacing, left_s, at_s, here = self.pacing(), 0.0, 0.0, np.zeros(2)
+            phase, rate = chance.uniform(0, 6), chance.uniform(0.2, 1.5)
+            delays = []
+            for _ in range(600):
+                interval_s = self.PERIOD_S * chance.choice([1, 1, 1, 1, chance.uniform(0.8, 2.5)])
+                at_s += interval_s
+                left_s = max(left_s - interval_s, 0.0)
+                target = np.array([math.sin(phase + rate * at_s), math.cos(rate * at_s) - 1])
+                duration_s = pacing.segment_s(here, target, interval_s, left_s)
+                self.assertLessEqual(np.max(np.abs(target - here) / duration_s / self.SPEED), 1.0)
+                left_s += duration_s
+                here = target
+                delays.append(left_s)
+            self.assertLess(np.median(delays[100:]), 1.6 * self.PERIOD_S)
+            self.assertGreater(np.median(delays[100:]), 0.7 * self.PERIOD_S)
+
+    def test_velocities_are_exact_on_a_parabola(self):
+        chance = random.Random(2)
+        for _ in range(100):
+            slope, bend, late = (np.array([chance.uniform(-0.5, 0.5) for _ in range(2)]) for _ in range(3))
+            times = np.cumsum([chance.uniform(0.005, 0.05) for _ in range(3)])
+            postures = [(t, late + slope * t + bend * t * t) for t in times]
+            np.testing.assert_allclose(self.pacing().velocity(postures), slope + 2 * bend * times[-1], atol=1e-9)
+        rest = [(0.0, np.ones(2)), (0.1, np.zeros(2)), (0.2, np.zeros(2))]
+        self.assertTrue((self.pacing().velocity(rest) == 0).all())
+
+    def test_lies_are_told_from_motions(self):
+        pacing = self.pacing()
+        np.testing.assert_allclose(pacing.checked(np.array([3.01, -1.0])), [3.0, -1.0], atol=1e-5)
+        with self.assertRaisesRegex(DeviceLies, "joint 2 at -3.5000 rad"):
+            pacing.checked(np.array([0.0, -3.5]))
+        pacing.check_speed(np.zeros(2), np.array([0.04, 0.06]), 0.02)
+        with self.assertRaisesRegex(DeviceLies, "joint 1 at 5"):
+            pacing.check_speed(np.zeros(2), np.array([0.1, 0.0]), 0.02)
+
+
+class ComparisonTest(unittest.TestCase):
+    """Random tool paths, sampled with jitter at about 50 Hz by two readers."""
+
+    MOST_M, MOST_S = 1.5e-3, 0.04
+
+    def path(self, chance):
+        """Smooth moves with rests, as a function of time."""
+        marks = [np.zeros(3)]
+        for _ in range(8):
+            step = np.array([chance.uniform(-0.15, 0.15) for _ in range(3)])
+            marks += [marks[-1] + step] * chance.choice([1, 2])
+
+        def at(time_s):
+            index = min(max(int(time_s), 0), len(marks) - 2)
+            share = min(max(time_s - index, 0.0), 1.0)
+            smooth = share**3 * (10 - 15 * share + 6 * share * share)
+            return marks[index] + smooth * (marks[index + 1] - marks[index])
+
+        return at
+
+    def alarms(self, chance, *, off=lambda at: np.zeros(3), late_s=0.0, from_s=0.0):
+        """Alarms with their times; from `from_s` the simulated robot is off and late."""
+        path, comparison, at_s, out = self.path(chance), Comparison(
+            most_distance_m=self.MOST_M, most_delay_s=self.MOST_S
+        ), 0.0, []
+        while at_s < 8:
+            at_s += chance.uniform(0.015, 0.03)
+            noise = [np.array([chance.gauss(0, 2e-5) for _ in range(3)]) for _ in range(2)]
+            comparison.add_real(at_s, path(at_s) + noise[0])
+            now_s = at_s + chance.uniform(0.001, 0.01)
+            applies = now_s >= from_s
+            comparison.add_simulated(
+                now_s, path(now_s - (late_s if applies else 0)) + noise[1] + (off(now_s) if applies else 0)
+            )
+            if alarm := comparison.alarm():
+                out.append((at_s, alarm))
+        return out
+
+    def test_no_alarm_while_they_do_the_same(self):
+        for seed in range(12):
+            self.assertEqual(self.alarms(random.Random(seed)), [], seed)
+
+    def test_two_millimetres_are_told_within_a_second(self):
+        for seed in range(12):
+            chance = random.Random(seed)
+            way = np.array([chance.gauss(0, 1) for _ in range(3)])
+            way *= 2e-3 / np.linalg.norm(way)
+            found = self.alarms(chance, off=lambda at, way=way: way, from_s=4.0)
+            self.assertTrue(found, seed)
+            self.assertGreaterEqual(found[0][0], 4.0)
+            self.assertLess(found[0][0], 5.0, found[0])
+
+    def test_fifty_milliseconds_are_told_in_the_next_motion(self):
+        for seed in range(12):
+            for late_s in (0.05, -0.05):
+                found = self.alarms(random.Random(seed), late_s=late_s)
+                self.assertTrue(found, (seed, late_s))
+                words = "simulated" if late_s > 0 else "real"
+                # In the first motion; later alarms may call the beginning of a motion a distance.
+                self.assertTrue(any(f"the {words} robot is" in text for _, text in found), found[:3])
+                self.assertLess(found[0][0], 1.0)
+
+
+class RelayTest(unittest.TestCase):
+    def test_only_questions_pass(self):
+        asks = get_status(7)
+        self.assertEqual(question(asks), asks)
+        self.assertEqual(question(b"<?xml version='1.0'?>\n<!-- a -->" + asks), asks)
+        kind = "xmlns:xsi='http://www.w3.org/2001/XMLSchema-instance' xsi:type"
+        for commands in (
+            b"", b"<CRCLProgram/>", b"<a>", b"<CRCLCommandInstance/>",
+            f"<CRCLCommandInstance><CRCLCommand {kind}='StopMotionType'/></CRCLCommandInstance>".encode(),
+            f"<CRCLCommandInstance><CRCLCommand {kind}='MoveToType' "
+            'b="xsi:type=\'GetStatusType\'"/></CRCLCommandInstance>'.encode(),
+            f"<CRCLCommandInstance><CRCLCommand {kind}='GetStatusType'/>"
+            f"<CRCLCommand {kind}='MoveToType'/></CRCLCommandInstance>".encode(),
+            b"<!-- <CRCLCommandInstance> xsi:type='GetStatusType' -->" + asks.replace(b"GetStatus", b"MoveTo"),
+        ):
+            self.assertIsNone(question(commands), commands)
+        # The answer is in words of ours, whatever else a question carries.
+        self.assertEqual(question(asks.replace(b"<CommandID>", b"<Extra>MoveTo</Extra><CommandID>")), asks)
+
+    def test_documents_are_cut_wherever_the_bytes_are(self):
+        chance = random.Random(3)
+        wanted = [get_status(n) for n in range(20)]
+        wanted[7] = b"<CRCLProgram><a/></CRCLProgram>"
+        data = b"".join(wanted)
+        for _ in range(20):
+            documents, got, rest = Documents(), [], data
+            while rest:
+                count = chance.randrange(1, 90)
+                got += documents.add(rest[:count])
+                rest = rest[count:]
+            self.assertEqual(got, wanted)
+
+    def test_addresses(self):
+        self.assertEqual(address("[::1]:64444"), ("::1", 64444))
+        for text in ("robot", "robot:", ":", "robot:0", "robot:70000", "robot:x", "a b:1"):
+            with self.assertRaises(BadArgument):
+                address(text)
+
+
+class Disturbed:
+    """A TCP relay in front of the real robot that can be made to lie, to stall and to drop."""
+
+    def __init__(self, port):
+        self.port, self.change, self.stalls = port, None, threading.Event()
+        self._sockets, self._listener = [], socket.create_server((HOST, 0))
+        self.listens = self._listener.getsockname()[1]
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def _accept(self):
+        with contextlib.suppress(OSError):
+            while True:
+                near, _ = self._listener.accept()
+                far = socket.create_connection((HOST, self.port))
+                self._sockets += [near, far]
+                for one, other, back in ((near, far, False), (far, near, True)):
+                    threading.Thread(target=self._pass, args=(one, other, back), daemon=True).start()
+
+    def _pass(self, one, other, back):
+        with contextlib.suppress(OSError):
+            while data := one.recv(1 << 16):
+                if back and not self.stalls.is_set():
+                    other.sendall(self.change(data) if self.change else data)
+                elif not back:
+                    other.sendall(data)
+        with contextlib.suppress(OSError):
+            other.shutdown(socket.SHUT_RDWR)
+
+    def drop(self):
+        for one in self._sockets:
+            with contextlib.suppress(OSError):
+                one.shutdown(socket.SHUT_RDWR)
+            one.close()
+        self._sockets.clear()
+
+    def close(self):
+        self._listener.close()
+        self.drop()
+
+
+class BesideTest(unittest.TestCase):
+    """Two daemons in real time: one plays the real side."""
+
+    def setUp(self):
+        self.folder = self.enterContext(tempfile.TemporaryDirectory())
+        self.theirs = self.enterContext(Daemon(start_s=60 * PATIENCE))
+        self.ours = self.enterContext(Daemon("--journal", self.folder, start_s=60 * PATIENCE))
+        self.real = self.enterContext(Cell.connect(self.theirs.ports_file))
+        self.cell = self.enterContext(Cell.connect(self.ours.ports_file))
+        self.told, self.ended = [], threading.Event()
+
+    def start(self, beside):
+        thread = threading.Thread(target=beside.run, args=(self.ended,))
+        thread.start()
+        self.addCleanup(thread.join)
+        self.addCleanup(self.ended.set)
+
+    def mirror(self, port, patience_s=60 * PATIENCE):
+        mirror = RobotMirror(
+            self.cell, "fanuc", HOST, port, period_s=0.02, patience_s=patience_s, report=self.told.append
+        )
+        self.start(mirror)
+        return mirror
+
+    def joints(self, cell):
+        return cell.snapshot(["robots"]).robot("fanuc").joints_rad
+
+    def is_same(self):
+        return np.abs(self.joints(self.real) - self.joints(self.cell)).max() < 1e-6
+
+    def await_told(self, words):
+        await_that(lambda: any(words in text for text in self.told), f"{words}: {self.told}")
+
+    def test_a_robot_follows_through_all_that_its_device_does(self):
+        disturbed = Disturbed(self.real.endpoints.crcl_port("fanuc"))
+        self.addCleanup(disturbed.close)
+        robot = self.real.robot("fanuc")
+        robot.move_by([0, 0, -0.05])  # the mirror begins somewhere else than the cell's robot
+        mirror = self.mirror(disturbed.listens)
+        await_that(mirror.follows.is_set, self.told)
+        await_that(self.is_same, "the first posture")
+        robot.move_by([0.05, 0.02, 0])
+        robot.close_gripper()
+        await_that(self.is_same, "a motion")
+        await_that(lambda: self.cell.snapshot().robot("fanuc").message.gripper.setting == 0, "the gripper")
+        with self.assertRaisesRegex(Exception, "mirror of"):
+            self.cell.robot("fanuc").move_by([0, 0, 0.01])
+        # A lost device stops the robot, and nothing else; it comes back.
+        disturbed.drop()
+        self.await_told("the real robot is lost")
+        robot.move_by([-0.05, 0, 0])
+        await_that(self.is_same, "after a lost connection")
+        # Lies stop it as well.
+        self.told.clear()
+        disturbed.change = lambda data: data.replace(b"<JointPosition>", b"<JointPosition>9")
+        self.await_told("the real robot is lost: joint")
+        disturbed.change = None
+        await_that(mirror.follows.is_set, "after lies")
+        robot.move_by([0, -0.02, 0.02])
+        await_that(self.is_same, "after lies")
+        # A person stops the simulated robot: it is taken again, since the real one goes on.
+        self.told.clear()
+        self.cell.robot("fanuc").stop()
+        self.await_told("the simulated robot does not follow")
+        robot.move_by([0, 0.02, 0])
+        await_that(self.is_same, "after a stop")
+        self.ended.set()
+        await_that(
+            lambda: self.cell.snapshot().robot("fanuc").message.motion.stream == 0, "the robot is free"
+        )
+        self.assertEqual(self.cell.snapshot().robot("motoman").message.motion.stream, 0)
+        # Its inputs are in the journal: the run replays without the device.
+        self.ours.close()
+        journal = next(pathlib.Path(self.folder).glob("*.journal"))
+        replay = subprocess.run(
+            [find_binary("aprsim"), "replay", str(journal)], capture_output=True, text=True, check=False
+        )
+        self.assertEqual(replay.returncode, 0, replay.stdout + replay.stderr)
+
+    def test_a_device_that_is_silent_is_lost(self):
+        disturbed = Disturbed(self.real.endpoints.crcl_port("fanuc"))
+        self.addCleanup(disturbed.close)
+        mirror = self.mirror(disturbed.listens, patience_s=0.5 * PATIENCE)
+        await_that(mirror.follows.is_set, self.told)
+        disturbed.stalls.set()
+        self.await_told("no status within")
+        with self.assertRaises(DeviceLost), StatusReader(HOST, disturbed.listens, 0.2) as reader:
+            reader.read()
+
+    def test_the_belt_does_what_the_plc_is_told(self):
+        belt = BeltMirror(
+            self.cell, HOST, json.loads(pathlib.Path(self.theirs.ports_file).read_text())["modbus"], period_s=0.02, patience_s=60 * PATIENCE,
+            report=self.told.append,
+        )
+        self.start(belt)
+        await_that(belt.follows.is_set, self.told)
+        state = lambda cell: cell.snapshot().message.conveyor  # noqa: E731
+        for run, forward, speed_m_s in ((True, True, 0.1), (True, False, 0.05), (False, True, 0.0)):
+            self.real.set_conveyor(run, forward=forward, speed_m_s=speed_m_s)
+            await_that(
+                lambda: abs(state(self.real).speed_m_s - state(self.cell).speed_m_s) < 1e-6
+                and state(self.real).run == state(self.cell).run,
+                (run, forward),
+            )
+        self.real.set_conveyor(True, forward=True, speed_m_s=0.1)
+        await_that(lambda: state(self.cell).run, "it runs")
+        self.theirs.close()
+        self.await_told("the real PLC is lost")
+        await_that(lambda: not state(self.cell).run, "it stands")
+
+    def test_a_shadow_does_the_same_until_it_is_moved(self):
+        real = (HOST, self.real.endpoints.crcl_port("fanuc"))
+        simulated = (HOST, self.cell.endpoints.crcl_port("fanuc"))
+        # Two daemons on a busy machine need not keep the same time.
+        shadow = Shadow(
+            real, simulated, Comparison(most_distance_m=1.5e-3, most_delay_s=10), period_s=0.02,
+            patience_s=60 * PATIENCE, report=self.told.append,
+        )
+        with Relay((HOST, 0), real, allow_commands=True, copy=simulated, report=self.told.append) as relay:
+            with Cell.connect(self.theirs.ports_file, crcl_ports={"fanuc": relay.port}) as controller:
+                robot = controller.robot("fanuc")
+                robot.move_by([0.03, 0, -0.05])
+                await_that(self.is_same, "the copy")
+                self.start(shadow)
+                await_that(lambda: "they do the same" in self.told, self.told)
+                self.cell.robot("fanuc").move_by([0.01, 0, 0])
+                await_that(lambda: shadow.alarms > 0, self.told)
+                self.await_told("mm apart")
+
+    def test_the_program(self):
+        """`python3 -m aprsim.real ` and its words, as in docs/real.md."""
+        port = self.real.endpoints.crcl_port("fanuc")
+        program = [sys.executable, "-m", "aprsim.real"]
+        environment = os.environ | {"PYTHONUNBUFFERED": "1"}
+        for words, code, told in (
+            (["mirror", "fanuc", f"{HOST}:{port}", "--ports-file", self.ours.ports_file], 0, "follows"),
+            (["shadow", "fanuc", f"{HOST}:{port}", "--ports-file", self.ours.ports_file], 0, "they do the same"),
+        ):
+            with subprocess.Popen(
+                [*program, *words], stdout=subprocess.PIPE, text=True, env=environment
+            ) as running:
+                self.addCleanup(running.kill)
+                for line in running.stdout:
+                    if told in line:
+                        break
+                running.send_signal(signal.SIGINT)
+                running.stdout.read()
+                self.assertEqual(running.wait(60 * PATIENCE), code, words)
+        missing = str(pathlib.Path(self.folder) / "none.json")
+        for words, code, told in (
+            (["mirror", "fanuc", "robot", "--ports-file", self.ours.ports_file], 2, "HOST:PORT"),
+            (["mirror", "arm", f"{HOST}:{port}", "--ports-file", self.ours.ports_file], 2, "arm"),
+            (["mirror", "fanuc", f"{HOST}:{port}", "--ports-file", missing], 2, "none.json"),
+            (["shadow", "fanuc", f"{HOST}:{port}", "--rate", "0", "--ports-file", self.ours.ports_file], 2, "rate"),
+        ):
+            done = subprocess.run(
+                [*program, *words], capture_output=True, text=True, timeout=60 * PATIENCE, check=False
+            )
+            self.assertEqual((done.returncode, told in done.stderr), (code, True), done.stderr)
+
+    def test_a_relay_passes_no_commands_unless_they_are_allowed(self):
+        real = (HOST, self.real.endpoints.crcl_port("fanuc"))
+        before = self.joints(self.real)
+        with Relay((HOST, 0), real, allow_commands=False, copy=None, report=self.told.append) as relay:
+            with Cell.connect(self.theirs.ports_file, crcl_ports={"fanuc": relay.port}) as controller:
+                with self.assertRaisesRegex(Exception, "passes no commands"):
+                    controller.robot("fanuc").move_by([0, 0, -0.05])
+            self.await_told("a command is refused")
+        self.assertFalse(self.real.snapshot().robot("fanuc").message.initialized)
+        np.testing.assert_array_equal(self.joints(self.real), before)
+
+
+if __name__ == "__main__":
+    unittest.main()
