@@ -158,15 +158,16 @@ inline void ContactPack::add(const ContactDescription& contact) {
   frame[0].set(lane, contact.n);
   target_W.set(lane, contact.target_v);
   friction[lane] = contact.friction;
-  torsion.spinning_m[lane] = contact.spinning_m;
-  torsion.rolling_m[lane] = contact.rolling_m;
   compliance[lane] = contact.compliance_m_s_ns;
   surface_compliance[lane] = contact.friction_compliance_m_s_ns;
   last_gamma_W.set(lane, contact.impulse_ns.last);
   change_gamma_W.set(lane, contact.impulse_ns.change);
+  if (contact.spinning_m <= 0 && contact.rolling_m <= 0) return;
+  has_torsion = true;
+  torsion.spinning_m[lane] = contact.spinning_m;
+  torsion.rolling_m[lane] = contact.rolling_m;
   last_torsion_W.set(lane, contact.torsional_impulse_nms.last);
   change_torsion_W.set(lane, contact.torsional_impulse_nms.change);
-  has_torsion = has_torsion || contact.spinning_m > 0 || contact.rolling_m > 0;
 }
 
 inline void ContactPack::complete(const SolverBody* body_a, const SolverBody* body_b,

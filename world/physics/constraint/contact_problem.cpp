@@ -67,24 +67,6 @@ int ContactProblem::add_row(const Side& a, const Side& b, double target, double 
   return static_cast<int>(rows_.size()) - 1;
 }
 
-int ContactProblem::add_contact(const ContactDescription& contact) {
-  // Only contacts of one pair share a pack: its lanes then read the same two bodies, and its sums
-  // over lanes are the impulses on these.
-  const bool joins = pack_count_ > 0 && packs().back().accepts(contact);
-  if (!joins) {
-    add_pack().begin(contact.a, contact.b);
-  }
-  packs().back().add(contact);
-  locations_.emplace_back(pack_count_ - 1, packs().back().count - 1);
-  return static_cast<int>(locations_.size()) - 1;
-}
-
-/// Packs are kept between steps. They are large, and reusing them avoids allocation.
-ContactPack& ContactProblem::add_pack() {
-  if (packs_.size() == index(pack_count_)) packs_.emplace_back();
-  return packs_[index(pack_count_++)];
-}
-
 void ContactProblem::set_target(int contact, const Vector3& target_v) {
   const auto& [pack, lane] = locations_[index(contact)];
   packs_[index(pack)].set_target(lane, target_v);

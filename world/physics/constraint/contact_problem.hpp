@@ -149,6 +149,24 @@ class ContactProblem {
   bool complete_ = false, at_rest_ = false;
 };
 
+/// Packs are kept between steps. They are large, and reusing them avoids allocation.
+inline ContactPack& ContactProblem::add_pack() {
+  if (packs_.size() == index(pack_count_)) packs_.emplace_back();
+  return packs_[index(pack_count_++)];
+}
+
+inline int ContactProblem::add_contact(const ContactDescription& contact) {
+  // Only contacts of one pair share a pack: its lanes then read the same two bodies, and its sums
+  // over lanes are the impulses on these.
+  const bool joins = pack_count_ > 0 && packs().back().accepts(contact);
+  if (!joins) {
+    add_pack().begin(contact.a, contact.b);
+  }
+  packs().back().add(contact);
+  locations_.emplace_back(pack_count_ - 1, packs().back().count - 1);
+  return static_cast<int>(locations_.size()) - 1;
+}
+
 inline std::span<ContactPack> ContactProblem::packs_of_pair(std::size_t first) {
   const auto all = packs();
   std::size_t end = first + 1;
