@@ -477,18 +477,15 @@ int StepSolver::save_contacts_of_pair(int first) {
   // state.
   std::sort(bearing_.begin(), bearing_.end(), [&at](int i, int k) {
     const auto &p = at(i).contact.p_W, &q = at(k).contact.p_W;
-    return std::tuple(p.x(), p.y(), p.z(), i) < std::tuple(q.x(), q.y(), q.z(), k);
+    if (p.x() != q.x()) return p.x() < q.x();
+    if (p.y() != q.y()) return p.y() < q.y();
+    return p.z() != q.z() ? p.z() < q.z() : i < k;
   });
   for (const int i : bearing_) {
     const ContactConstraint& constraint = at(i);
-    LastContact& kept = memory_.contacts.emplace_back();
-    kept.bodies = bodies;
-    kept.p_W = constraint.contact.p_W;
-    kept.n_W = constraint.contact.n_W;
-    kept.f_guess_W = constraint.f_guess_W;
-    kept.torque_guess_W = constraint.torque_guess_W;
-    kept.impact_m2_s2 = constraint.impact_m2_s2;
-    kept.creep_W = constraint.creep_W;
+    memory_.contacts.push_back({bodies, constraint.contact.p_W, constraint.contact.n_W,
+                                constraint.f_guess_W, constraint.torque_guess_W,
+                                constraint.impact_m2_s2, constraint.creep_W});
   }
   return r;
 }
