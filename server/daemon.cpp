@@ -254,6 +254,7 @@ class Daemon::Impl {
     programs_.close();
     // So that no listener waits for an answer from it.
     if (history_) history_->stop();
+    simulation_.stop_previews();
     if (web_) web_->stop();
     {
       std::vector<std::jthread> ending;
@@ -375,6 +376,7 @@ class Daemon::Impl {
     options.feed = &simulation_.feed();
     options.events = &simulation_.events();
     options.history = history_.get();
+    options.previews = &simulation_.previews();
     options.state_files = &state_files_;
     options.robots = robot_ports();
     return options;

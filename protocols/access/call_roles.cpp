@@ -40,6 +40,7 @@ constexpr std::array kRoles{
     CallRole{"aprsim.v1.ControlService/SetSpeed", Role::kOperate},
     CallRole{"aprsim.v1.ControlService/SetConveyor", Role::kOperate},
     CallRole{"aprsim.v1.ControlService/SetPlanning", Role::kOperate},
+    CallRole{"aprsim.v1.ControlService/PreviewMove", Role::kOperate},
     CallRole{"aprsim.crcl.v1.RobotService/Connect", Role::kOperate},
     CallRole{"aprsim.crcl.v1.RobotService/Execute", Role::kOperate},
     CallRole{"aprsim.v1.TrajectoryService/FollowJointTrajectory", Role::kOperate},

@@ -40,6 +40,30 @@ T plain(const Request& request) {
 
 }  // namespace
 
+Result<int> robot_named(const std::string& name, const api::CellDescription& cell) {
+  const auto robot = std::ranges::find(cell.robots, name, &api::RobotDescription::name);
+  if (robot != cell.robots.end()) return static_cast<int>(robot - cell.robots.begin());
+  std::vector<std::string> names;
+  for (const api::RobotDescription& each : cell.robots) names.push_back(each.name);
+  return fail(ErrorCode::kNotFound, "robot",
+              fmt::format("no robot is named '{}'; there are: {}", name.substr(0, 64),
+                          fmt::join(names, ", ")));
+}
+
+Result<Pose> pose_of(const v1::Pose& message) {
+  const auto& p = message.position_m();
+  const auto& q = message.orientation();
+  Pose pose;
+  pose.p = {p.x(), p.y(), p.z()};
+  pose.q = {q.w(), q.x(), q.y(), q.z()};
+  if (!(std::abs(pose.q.norm() - 1) < 1e-3)) {
+    return fail(ErrorCode::kInvalidArgument, "orientation",
+                fmt::format("the quaternion has length {}, expected 1", pose.q.norm()));
+  }
+  pose.q.normalize();
+  return pose;
+}
+
 Result<api::StepBy> to_command(const v1::StepRequest& request) {
   const std::uint64_t steps = std::max<std::uint64_t>(request.steps(), 1);
   if (steps > kMaxSteps) {
@@ -84,22 +108,14 @@ Result<CommandBody> command_of(const v1::SetSpeedRequest& request,
 
 Result<CommandBody> command_of(const v1::SetPlanningRequest& request,
                                const api::Snapshot& snapshot) {
-  const api::CellDescription& cell = *snapshot.cell;
-  const auto robot = std::ranges::find(cell.robots, request.robot(), &api::RobotDescription::name);
-  if (robot == cell.robots.end()) {
-    std::vector<std::string> names;
-    for (const api::RobotDescription& each : cell.robots) names.push_back(each.name);
-    return fail(ErrorCode::kNotFound, "robot",
-                fmt::format("no robot is named '{}'; there are: {}", request.robot().substr(0, 64),
-                            fmt::join(names, ", ")));
-  }
+  const auto robot = robot_named(request.robot(), *snapshot.cell);
+  if (!robot) return tl::unexpected(robot.error());
   const int mode = static_cast<int>(request.mode());
   if (mode <= v1::PLANNING_MODE_UNSPECIFIED || mode > v1::PlanningMode_MAX) {
     return fail(ErrorCode::kInvalidArgument, "mode",
                 fmt::format("{} is not a planning mode; expected direct, check or avoid", mode));
   }
-  return api::RobotCommand{static_cast<int>(robot - cell.robots.begin()),
-                           api::SetPlanning{*from_message<api::PlanningMode>(mode)}};
+  return api::RobotCommand{*robot, api::SetPlanning{*from_message<api::PlanningMode>(mode)}};
 }
 
 Result<CommandBody> command_of(const v1::SetIntruderRequest& request,

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "aprsim/v1/control_service.pb.h"
 #include "aprsim/v1/trajectory.pb.h"
 #include "world/api/commands/command.hpp"
@@ -16,6 +18,11 @@ namespace aprsim::protocols {
 /// Names and numbers are checked where the command is submitted and where it takes effect.
 [[nodiscard]] Result<api::FollowTrajectory> to_command(const v1::FollowTrajectory& message);
 [[nodiscard]] Result<api::AppendPoints> to_command(const v1::AppendPoints& message);
+
+/// Index of a robot. Errors: kNotFound, with the names that there are.
+[[nodiscard]] Result<int> robot_named(const std::string& name, const api::CellDescription& cell);
+/// Errors: an orientation that is no unit quaternion.
+[[nodiscard]] Result<Pose> pose_of(const v1::Pose& message);
 
 using CommandBody = decltype(api::Command::body);
 

@@ -10,6 +10,7 @@
 #include "aprsim/v1/telemetry_service.pb.h"
 #include "protocols/messages/control_request.hpp"
 #include "protocols/messages/control_response.hpp"
+#include "protocols/messages/preview_message.hpp"
 #include "protocols/messages/status_code.hpp"
 #include "protocols/messages/write_message.hpp"
 #include "protocols/ports/command_failure.hpp"
@@ -102,6 +103,16 @@ CallStatus answer(EmbeddedCell& cell, const AfterStep& /*after_step*/,
 }
 
 CallStatus answer(EmbeddedCell& cell, const AfterStep& /*after_step*/,
+                  const v1::PreviewMoveRequest& request, v1::PreviewMoveResponse& response) {
+  const auto move = protocols::to_preview(request, *cell.world().description());
+  if (!move) return status_of(move.error());
+  const auto preview = cell.preview(*move);
+  if (!preview) return status_of(preview.error());
+  protocols::write_message(*preview, response);
+  return {};
+}
+
+CallStatus answer(EmbeddedCell& cell, const AfterStep& /*after_step*/,
                   const v1::ListStatesRequest& /*request*/, v1::ListStatesResponse& response) {
   protocols::write_response(*cell.latest(), response);
   return {};
@@ -162,6 +173,7 @@ constexpr std::array kMethods = {
     Method{"Control/SetSceneValue", perform<v1::SetSceneValueRequest, v1::SetSceneValueResponse>},
     Method{"Control/SetConveyor", perform<v1::SetConveyorRequest, v1::SetConveyorResponse>},
     Method{"Control/SetPlanning", perform<v1::SetPlanningRequest, v1::SetPlanningResponse>},
+    Method{"Control/PreviewMove", perform<v1::PreviewMoveRequest, v1::PreviewMoveResponse>},
     Method{"Control/SetIntruder", perform<v1::SetIntruderRequest, v1::SetIntruderResponse>},
     Method{"Control/InjectFault", perform<v1::InjectFaultRequest, v1::InjectFaultResponse>},
     Method{"Control/EndFault", perform<v1::EndFaultRequest, v1::EndFaultResponse>},

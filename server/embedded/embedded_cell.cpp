@@ -4,6 +4,7 @@
 
 #include "world/cell/commands/command_check.hpp"
 #include "world/cell/commands/next_scene.hpp"
+#include "world/runtime/preview/move_previewer.hpp"
 
 namespace aprsim::embedded {
 namespace {
@@ -53,6 +54,14 @@ void EmbeddedCell::take_steps(const AfterStep& after_step) {
     acts = after_step();
   }
   core_.publish_events();
+}
+
+Result<api::MovePreview> EmbeddedCell::preview(const api::PreviewRequest& request) const {
+  api::Command command{.body = request.command};
+  if (auto ok = world::check(command, core_.world().description()); !ok) {
+    return tl::unexpected(std::move(ok.error()));
+  }
+  return world::BoundPreview(core_.world(), core_.control().epoch(), request).make();
 }
 
 api::SnapshotPtr EmbeddedCell::latest() const {

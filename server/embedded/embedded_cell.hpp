@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 
+#include "world/api/ports/move_previews.hpp"
 #include "world/api/ports/ports.hpp"
 #include "world/runtime/publish/snapshot_slot.hpp"
 #include "world/runtime/simulation_core.hpp"
@@ -28,6 +29,9 @@ class EmbeddedCell final : public api::CommandSink, public api::SnapshotSource {
   /// Takes the steps that commands have asked for: counted ones, or a run to its end. `after_step`
   /// is called after each; the steps of a cell that is at rest may be taken as one.
   void take_steps(const AfterStep& after_step);
+
+  /// Plans a move without making it. Errors: as of api::MovePreviews.
+  [[nodiscard]] Result<api::MovePreview> preview(const api::PreviewRequest& request) const;
 
   /// Written when something has changed since the last call.
   [[nodiscard]] api::SnapshotPtr latest() const override;

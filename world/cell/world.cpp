@@ -181,6 +181,12 @@ Result<void> World::apply(api::Ticket ticket, const api::FaultCommand& command) 
   return {};
 }
 
+Result<std::shared_ptr<robot::MovePreview>> World::preview(
+    const api::RobotCommand& command, std::optional<api::PlanningMode> mode) const {
+  set_surroundings();
+  return robots_.at(static_cast<std::size_t>(command.robot)).preview(command.action, mode);
+}
+
 // ---- one step
 
 void World::step() {
@@ -231,7 +237,7 @@ void World::advance() {
 }
 
 /// A world that was moved has its parts elsewhere.
-void World::set_surroundings() { surroundings_->set_present(robots_, *physics_, intruders_); }
+void World::set_surroundings() const { surroundings_->set_present(robots_, *physics_, intruders_); }
 
 void World::run_faults() {
   if (faults_.idle()) return;

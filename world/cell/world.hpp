@@ -62,6 +62,11 @@ class World {
   /// apply_command() in scene_editor.hpp.
   [[nodiscard]] Result<void> apply_any(api::Ticket ticket, const api::Command& command);
 
+  /// A move as its robot would make it now, in `mode` or in the one that is set; changes nothing.
+  /// Errors: see SimulatedRobot::preview().
+  [[nodiscard]] Result<std::shared_ptr<robot::MovePreview>> preview(
+      const api::RobotCommand& command, std::optional<api::PlanningMode> mode) const;
+
   /// Advances by one fixed step. Throws physics::PhysicsFailure when the physics fails; the state
   /// is then that of the last good step.
   void step();
@@ -136,7 +141,7 @@ class World {
   void advance();
   [[nodiscard]] bool awaits_time() const;
   [[nodiscard]] bool reads_sensors_at(std::uint64_t step) const;
-  void set_surroundings();
+  void set_surroundings() const;
   void run_faults();
   void run_devices();
   void step_robot(std::size_t index);

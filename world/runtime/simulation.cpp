@@ -21,7 +21,9 @@ Simulation::Simulation(std::shared_ptr<const scene::Scene> scene, SimulationOpti
       scheduler_(
           {core_.world().step_size(), options.speed, std::move(options.virtual_time)},
           [this] { queue_.notify(); }, SteadyClock::now()),
-      health_(options.queue_capacity) {
+      health_(options.queue_capacity),
+      previews_({[this](api::Command& command) { return check(command, latest()->cell); },
+                 [this] { queue_.notify(); }}) {
   drained_.reserve(options.queue_capacity);
   write_snapshot();
 }
@@ -35,6 +37,7 @@ void Simulation::start() {
 void Simulation::stop() {
   thread_.request_stop();
   queue_.close();
+  previews_.stop();
   if (thread_.joinable()) thread_.join();
   health_.end();
 }
@@ -83,6 +86,7 @@ void Simulation::run(const std::stop_token& stop) {
 void Simulation::begin_turn() {
   const auto now = SteadyClock::now();
   if (scheduler_.update(now)) dirty_ = true;
+  if (previews_.has_request()) previews_.bind_next(core_.world(), core_.control().epoch());
   health_.record_turn(
       now, {.waiting_commands = queue_.size(),
             .speed = core_.control().is_paused() ? std::nullopt : scheduler_.target_speed(),

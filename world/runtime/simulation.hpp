@@ -15,6 +15,7 @@
 #include "world/base/rate_limit.hpp"
 #include "world/runtime/commands/command_queue.hpp"
 #include "world/runtime/health.hpp"
+#include "world/runtime/preview/move_previewer.hpp"
 #include "world/runtime/publish/snapshot_slot.hpp"
 #include "world/runtime/simulation_core.hpp"
 #include "world/runtime/simulation_options.hpp"
@@ -64,6 +65,10 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   [[nodiscard]] api::SnapshotFeed& feed() { return followers_; }
   /// The events of the cell, of all epochs. Thread: any.
   [[nodiscard]] const api::EventSource& events() const { return core_.events(); }
+  /// Previews of moves. Thread: any.
+  [[nodiscard]] api::MovePreviews& previews() { return previews_; }
+  /// Answers all previews; later ones are kUnavailable. Thread: any but the simulation's.
+  void stop_previews() { previews_.stop(); }
   /// Null when the wall clock alone passes time. Thread: any.
   [[nodiscard]] api::VirtualTime* virtual_time() { return scheduler_.virtual_time(); }
 
@@ -103,6 +108,7 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   api::SolverWorkSlot solver_work_;
   std::vector<QueuedCommand> drained_;
   bool dirty_ = false;  ///< the latest snapshot is out of date
+  MovePreviewer previews_;
   std::jthread thread_;
 };
 

@@ -21,6 +21,7 @@ from .daemon import Daemon
 from .endpoints import Endpoints
 from .errors import AprsimError, BadArgument, Refused, RobotError, ScenarioError, TimedOut, Unreachable
 from .events import Event, Happens
+from .previews import Preview, Touch
 from .robot import Robot
 from .scenarios import ScenarioReport, run_scenario, scenarios
 from .snapshots import BodyState, DeviceState, RobotState, Snapshot
@@ -44,6 +45,7 @@ __all__ = [
     "Happens",
     "HistorySpan",
     "Picture",
+    "Preview",
     "Receipt",
     "Refused",
     "Robot",
@@ -56,6 +58,7 @@ __all__ = [
     "SeenObject",
     "Snapshot",
     "TimedOut",
+    "Touch",
     "Trajectory",
     "TrajectoryError",
     "Unreachable",

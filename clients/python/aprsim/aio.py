@@ -37,6 +37,7 @@ from .motions import (
     check_frame,
 )
 from .poses import Array
+from .previews import Preview
 from .robot import MOST_POLL_STEPS, POLL_S, POLL_STEPS
 from .robot_wires import ANSWER_S
 from .snapshots import BodyState, Snapshot, seconds
@@ -166,6 +167,31 @@ class Robot:
     ) -> None:
         """Move all joints, from base to flange, to positions [rad]; of prismatic joints [m]."""
         await self.run(self._motions.joints(positions_rad, speed_rad_s), timeout_s)
+
+    async def preview(
+        self,
+        target: npt.ArrayLike,
+        yaw: float | None = None,
+        *,
+        straight: bool = False,
+        frame: Frame = "world",
+        mode: str | None = None,
+    ) -> Preview:
+        """Plan what `move_to` would do, without moving. Does not take the robot; one that is not ready
+        refuses every move. `mode`: direct, check or avoid; None = as set by `Cell.set_planning`."""
+        self._motions.check(target, yaw, frame)
+        keeps = arguments.pose_or_point("target", target).shape == (3,) and yaw is None
+        present = await self.tool("robot") if keeps else None
+        X_RT = self._motions.target(target, yaw, frame, present)
+        return await self._cell.preview(self.name, X_RT=X_RT, straight=straight, mode=mode)
+
+    async def preview_joints(
+        self, positions_rad: npt.ArrayLike, speed_rad_s: float = 1.0, *, mode: str | None = None
+    ) -> Preview:
+        """Plan what `move_joints` would do, without moving."""
+        return await self._cell.preview(
+            self.name, positions_rad=positions_rad, speed_rad_s=speed_rad_s, mode=mode
+        )
 
     async def follow(
         self,
@@ -591,6 +617,23 @@ class Cell(Channel):
         """Set how a robot's later moves regard obstacles: `direct` ignores them, `check` refuses moves
         that would touch something, `avoid` also leads free moves round."""
         return await self._run(calls.set_planning(robot, mode))
+
+    async def preview(
+        self,
+        robot: str,
+        *,
+        X_RT: npt.ArrayLike | None = None,
+        positions_rad: npt.ArrayLike | None = None,
+        speed_rad_s: float | None = None,
+        straight: bool = False,
+        mode: str | None = None,
+    ) -> Preview:
+        """Plan a move of a robot without making it: of its tool to a pose X_RT in the robot's reference
+        frame, or of all joints to positions [rad], at most at a speed [rad/s]. `mode` takes the place of
+        the one that `set_planning` has set. A move that would be refused is no error."""
+        return await self._run(
+            calls.preview(robot, X_RT, positions_rad, speed_rad_s, straight, mode)
+        )
 
     async def set_conveyor(
         self,

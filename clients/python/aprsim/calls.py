@@ -8,12 +8,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Callable, Generic, Literal, Mapping, Sequence, TypeVar
 
 import grpc
+import numpy.typing as npt
 
-from . import arguments, events, faults
+from . import arguments, events, faults, previews
 from .endpoints import Endpoints
 from .errors import AprsimError, Refused, TimedOut, Unreachable
 from .events import Event, Happens
 from .poses import Array, pose_message
+from .previews import Preview
 from .snapshots import PLANNING_MODES, BodyState, Snapshot, seconds
 from .v1 import control_service_pb2 as control
 from .v1 import history_service_pb2 as past
@@ -346,6 +348,18 @@ def set_planning(robot: str, mode: str) -> Call[Receipt]:
 
 def append_points(request: Any) -> Call[Any]:
     return Call("Trajectory", "AppendPoints", request, lambda answer: answer)
+
+
+def preview(
+    robot: str,
+    X_RT: npt.ArrayLike | None,
+    positions_rad: npt.ArrayLike | None,
+    speed_rad_s: float | None,
+    straight: bool,
+    mode: str | None,
+) -> Call[Preview]:
+    request = previews.request(robot, X_RT, positions_rad, speed_rad_s, straight, mode)
+    return _control("PreviewMove", request, previews.read)
 
 
 def set_conveyor(

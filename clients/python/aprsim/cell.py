@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Iterator, Mapping, Sequence, TypeVar
 
 import grpc
+import numpy.typing as npt
 
 from . import arguments, calls, cameras, faults, trajectories
 from .calls import Bookmark, HistorySpan, Receipt, Run, SavedState
@@ -21,6 +22,7 @@ from .errors import AprsimError, TimedOut
 from .events import Event, Happens, event
 from .joint_stream import JointStream
 from .poses import Array
+from .previews import Preview
 from .robot import MOST_POLL_STEPS, POLL_S, POLL_STEPS, Robot
 from .robot_wires import RobotSocket, RobotWire
 from .snapshots import BodyState, Snapshot, seconds
@@ -349,6 +351,23 @@ class Cell(Channel, Closing):
         """Set how a robot's later moves regard obstacles: `direct` ignores them, `check` refuses moves
         that would touch something, `avoid` also leads free moves round."""
         return self._run(calls.set_planning(robot, mode))
+
+    def preview(
+        self,
+        robot: str,
+        *,
+        X_RT: npt.ArrayLike | None = None,
+        positions_rad: npt.ArrayLike | None = None,
+        speed_rad_s: float | None = None,
+        straight: bool = False,
+        mode: str | None = None,
+    ) -> Preview:
+        """Plan a move of a robot without making it: of its tool to a pose X_RT in the robot's reference
+        frame, or of all joints to positions [rad], at most at a speed [rad/s]. `mode` takes the place of
+        the one that `set_planning` has set. A move that would be refused is no error."""
+        return self._run(
+            calls.preview(robot, X_RT, positions_rad, speed_rad_s, straight, mode)
+        )
 
     def set_conveyor(
         self,

@@ -19,6 +19,7 @@ from .motions import (
     check_frame,
 )
 from .poses import Array
+from .previews import Preview
 from .robot_wires import RobotWire
 from .trajectories import Feedback, Followed, Trajectory
 
@@ -149,6 +150,31 @@ class Robot(Closing):
         are in metres. In scenes with `crcl_joints` the robot has another joint convention: use
         `run(crcl.move_joints(...))` there."""
         self._do(self._motions.joints(positions_rad, speed_rad_s), wait, timeout_s)
+
+    def preview(
+        self,
+        target: npt.ArrayLike,
+        yaw: float | None = None,
+        *,
+        straight: bool = False,
+        frame: Frame = "world",
+        mode: str | None = None,
+    ) -> Preview:
+        """Plan what `move_to` would do, without moving. Does not take the robot; one that is not ready
+        refuses every move. `mode`: direct, check or avoid; None = as set by `Cell.set_planning`."""
+        self._motions.check(target, yaw, frame)
+        keeps = arguments.pose_or_point("target", target).shape == (3,) and yaw is None
+        present = self.tool("robot") if keeps else None
+        X_RT = self._motions.target(target, yaw, frame, present)
+        return self._cell.preview(self.name, X_RT=X_RT, straight=straight, mode=mode)
+
+    def preview_joints(
+        self, positions_rad: npt.ArrayLike, speed_rad_s: float = 1.0, *, mode: str | None = None
+    ) -> Preview:
+        """Plan what `move_joints` would do, without moving."""
+        return self._cell.preview(
+            self.name, positions_rad=positions_rad, speed_rad_s=speed_rad_s, mode=mode
+        )
 
     def follow(
         self,

@@ -13,6 +13,7 @@
 #include "protocols/ports/robot_port.hpp"
 #include "protocols/ports/state_files.hpp"
 #include "world/api/ports/history.hpp"
+#include "world/api/ports/move_previews.hpp"
 #include "world/api/ports/snapshot_feed.hpp"
 #include "world/api/values/cell_event.hpp"
 
@@ -40,6 +41,7 @@ struct TelemetryOptions {
   std::chrono::milliseconds command_timeout{2000};  ///< for calls that carry no deadline
   std::chrono::milliseconds write_timeout{10000};   ///< a call stuck in one write ends
   api::History* history = nullptr;                  ///< null = no history; outlives the server
+  api::MovePreviews* previews = nullptr;            ///< null = no previews; outlives the server
   protocols::StateFiles* state_files = nullptr;     ///< null = no import and export; outlives it
   TransferLimits transfers;                         ///< of states
   api::SnapshotFeed* feed = nullptr;                ///< of every step; null = no such streams

@@ -8,6 +8,7 @@
 #include "protocols/grpc/streams/state_transfer.hpp"
 #include "protocols/messages/control_request.hpp"
 #include "protocols/messages/control_response.hpp"
+#include "protocols/messages/preview_message.hpp"
 #include "protocols/messages/write_message.hpp"
 #include "protocols/ports/command_failure.hpp"
 #include "world/api/commands/stop_command.hpp"
@@ -366,6 +367,26 @@ grpc::ServerUnaryReactor* ControlService::SetPlanning(grpc::CallbackServerContex
                                                       const v1::SetPlanningRequest* request,
                                                       v1::SetPlanningResponse* response) {
   return command(context, *request, *response);
+}
+
+grpc::ServerUnaryReactor* ControlService::PreviewMove(grpc::CallbackServerContext* context,
+                                                      const v1::PreviewMoveRequest* request,
+                                                      v1::PreviewMoveResponse* response) {
+  if (const auto refused = refusal(*context)) return end(context, *refused);
+  if (options_.previews == nullptr) {
+    return refuse(context, {ErrorCode::kFailedPrecondition, "preview",
+                            "this daemon plans no moves: it replays a run"});
+  }
+  auto move = protocols::to_preview(*request, *source_.latest()->cell);
+  if (!move) return refuse(context, move.error());
+  auto* reactor = context->DefaultReactor();
+  options_.previews->ask(*std::move(move),
+                         [reactor, response](const Result<api::MovePreview>& preview) {
+                           if (!preview) return reactor->Finish(rpc_status(preview.error()));
+                           protocols::write_message(*preview, *response);
+                           reactor->Finish(grpc::Status::OK);
+                         });
+  return reactor;
 }
 
 grpc::ServerUnaryReactor* ControlService::SetIntruder(grpc::CallbackServerContext* context,

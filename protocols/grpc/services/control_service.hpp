@@ -77,6 +77,9 @@ class ControlService final : public v1::ControlService::CallbackService {
   grpc::ServerUnaryReactor* SetPlanning(grpc::CallbackServerContext* context,
                                         const v1::SetPlanningRequest* request,
                                         v1::SetPlanningResponse* response) override;
+  grpc::ServerUnaryReactor* PreviewMove(grpc::CallbackServerContext* context,
+                                        const v1::PreviewMoveRequest* request,
+                                        v1::PreviewMoveResponse* response) override;
   grpc::ServerUnaryReactor* SetIntruder(grpc::CallbackServerContext* context,
                                         const v1::SetIntruderRequest* request,
                                         v1::SetIntruderResponse* response) override;

@@ -22,6 +22,7 @@ from aprsim import (
     Daemon,
     Happens,
     Refused,
+    RobotError,
     TimedOut,
     Unreachable,
     aio,
@@ -145,6 +146,58 @@ class CellTest(WithCell):
         self.assertEqual([robots[name].planning for name in ("fanuc", "motoman")], ["avoid", "direct"])
         with self.assertRaisesRegex(Refused, "robot"):
             self.cell.set_planning("nobody", "check")
+        self.cell.set_planning("fanuc", "direct")
+
+    def test_a_preview_is_the_move_and_changes_nothing(self):
+        fanuc = self.cell.robot("fanuc")
+        target = fanuc.tool()
+        target[:3, 3] += [0.05, 0.1, 0.02]
+        early = fanuc.preview(target)
+        self.assertFalse(early.possible)
+        self.assertIn("not initialized", early.refusal)
+        self.assertEqual(len(early.joints_rad), 0)
+
+        fanuc.take()
+        before = self.cell.snapshot()
+        plan = fanuc.preview(target)
+        self.assertTrue(plan.possible, plan.refusal)
+        after = self.cell.snapshot()
+        self.assertEqual((after.step, after.state_hash), (before.step, before.state_hash))
+        self.assertEqual((plan.mode, plan.touch), ("direct", None))
+        self.assertGreater(plan.length_m, 0.11)
+        self.assertAlmostEqual(plan.times_s[-1], plan.duration_s)
+        self.assertEqual(plan.joints_rad.shape, (len(plan.times_s), 6))
+        fanuc.move_to(target)
+        now = self.cell.snapshot().robots["fanuc"]
+        np.testing.assert_allclose(now.joints_rad, plan.joints_rad[-1], atol=1e-4)
+        np.testing.assert_allclose(now.tool_in_reference[:3, 3], plan.tool_m[-1], atol=1e-4)
+
+        joints = now.joints_rad + [0.1, 0, 0, 0, 0, 0]
+        turn = fanuc.preview_joints(joints, 0.5)
+        self.assertGreater(turn.duration_s, 0.2)
+        np.testing.assert_allclose(turn.joints_rad[-1], joints, atol=1e-9)
+        with self.assertRaisesRegex(Refused, "positions_rad: 5 values, but fanuc has 6"):
+            fanuc.preview_joints([0] * 5)
+        with self.assertRaisesRegex(Refused, "robot"):
+            self.cell.preview("nobody", positions_rad=joints)
+
+    def test_a_preview_tells_what_a_move_would_touch(self):
+        fanuc = self.cell.robot("fanuc")
+        fanuc.take()
+        into = fanuc.tool()
+        into[2, 3] = 0.85  # below the top of the table
+        direct = fanuc.preview(into, straight=True)
+        self.assertTrue(direct.possible, "a direct move is not checked")
+        self.assertIsNotNone(direct.touch)
+        checked = fanuc.preview(into, straight=True, mode="check")
+        self.assertFalse(checked.possible)
+        self.assertEqual(checked.touch.other, direct.touch.other)
+        self.assertIn(checked.touch.other, checked.refusal)
+        self.assertGreater(len(checked.joints_rad), 2)
+        self.cell.set_planning("fanuc", "check")
+        with self.assertRaises(RobotError) as caught:
+            fanuc.move_to(into, straight=True)
+        self.assertIn(checked.refusal, str(caught.exception))
         self.cell.set_planning("fanuc", "direct")
 
     def test_faults_wait_last_and_end(self):
@@ -426,6 +479,12 @@ class CellTest(WithCell):
             "run: 1, where True or False": lambda: cell.set_conveyor(1),
             "mode: 'careful', where one of direct, check, avoid":
                 lambda: cell.set_planning("fanuc", "careful"),
+            "mode: 'wild', where None or one of direct, check, avoid":
+                lambda: cell.preview("fanuc", X_RT=pose, mode="wild"),
+            "X_RT: either it or positions_rad": lambda: cell.preview("fanuc"),
+            "X_RT: a value of shape .3,., where a 4 x 4 pose":
+                lambda: cell.preview("fanuc", X_RT=[0, 0, 0]),
+            "positions_rad: .*nan": lambda: cell.preview("fanuc", positions_rad=[math.nan]),
             "name: 5, where a text": lambda: cell.save(5),
             "step: -1, where a whole number": lambda: cell.past(-1),
             "stride: 0, where a whole number": lambda: next(cell.past_range(0, 1, stride=0)),

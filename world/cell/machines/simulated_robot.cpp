@@ -103,6 +103,24 @@ Result<void> SimulatedRobot::apply(api::Ticket ticket, const api::TrajectoryComm
   return controller_.apply(ticket, command.action, delay, arm_.q());
 }
 
+Result<std::shared_ptr<robot::MovePreview>> SimulatedRobot::preview(
+    const api::RobotAction& action, std::optional<api::PlanningMode> mode) const {
+  if (!state_.faults.out_of_order.empty()) {
+    return fail(ErrorCode::kFailedPrecondition, "robot", out_of_order());
+  }
+  const api::RobotAction real =
+      state_.faults.has_offset() ? ToolOffset(state_.faults).displaced(action) : action;
+  return std::visit(
+      [&](const auto& move) -> Result<std::shared_ptr<robot::MovePreview>> {
+        if constexpr (std::is_constructible_v<robot::PlannedMove, decltype(move)>) {
+          return controller_.preview(move, mode);
+        } else {
+          return fail(ErrorCode::kInvalidArgument, "action", "only moves have a preview");
+        }
+      },
+      real);
+}
+
 /// The steps that begin before a time; negative once it has passed.
 std::int64_t SimulatedRobot::steps_until(SimTime time) const {
   const SimTime left = time - state_.now;

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -42,6 +43,11 @@ class SimulatedRobot {
 
   /// The same for a command of a stream. Errors as of the command.
   [[nodiscard]] Result<void> apply(api::Ticket ticket, const api::TrajectoryCommand& command);
+
+  /// The move of `action` as the robot would make it now; see RobotController::preview(). Changes
+  /// nothing. Errors: kInvalidArgument for an action that is not planned; kFailedPrecondition.
+  [[nodiscard]] Result<std::shared_ptr<robot::MovePreview>> preview(
+      const api::RobotAction& action, std::optional<api::PlanningMode> mode) const;
 
   /// The cell's light curtain, as the robot sees it from the next step on.
   void see_light_curtain(bool broken) { state_.curtain_broken = broken; }
@@ -96,6 +102,8 @@ class SimulatedRobot {
   }
   /// The latest command's progress.
   [[nodiscard]] const api::ActionStatus& action() const { return controller_.status(); }
+  /// How later moves regard what stands around.
+  [[nodiscard]] api::PlanningMode planning() const { return controller_.planning(); }
   /// Motions that it has begun.
   [[nodiscard]] std::uint64_t motions_begun() const { return controller_.motions_begun(); }
   /// Adds the reference and positions on the way that is left, `count` for each motion.

@@ -159,6 +159,7 @@ double CollisionChecker::depth_allowed(const Mover& mover, const Obstacle& obsta
 Result<void> CollisionChecker::set_ends(const JointVector& start, const JointVector& goal) {
   for (auto& pairs : near_) pairs.clear();
   for (SelfPair& pair : self_pairs_) pair.clearance_m = kSelfClearance_m;
+  touch_at_end_.reset();
   if (auto ok = add_end(start, 0); !ok) return ok;
   return add_end(goal, 1);
 }
@@ -179,6 +180,7 @@ Result<void> CollisionChecker::add_end(const JointVector& q, std::size_t end) {
         result = fail(ErrorCode::kFailedPrecondition, which,
                       "the " + std::string(which) + " is blocked: " + *mover.name + " touches " +
                           around_.names[obstacle.name]);
+        record_end(end, i, around_.names[obstacle.name], d);
         return false;
       }
       auto known = std::ranges::find(near_[i], o, &NearPair::obstacle);
@@ -203,6 +205,7 @@ Result<void> CollisionChecker::add_end(const JointVector& q, std::size_t end) {
     if (end == 1 && d < -kArmDepth_m && d < pair.clearance_m - kArmDepth_m) {
       result = fail(ErrorCode::kFailedPrecondition, which,
                     "the goal is blocked: " + *a.name + " touches its own " + *b.name);
+      record_end(end, pair.mover, *b.name, d);
     }
     pair.clearance_m = std::min(pair.clearance_m, d);
   }
@@ -222,6 +225,12 @@ double CollisionChecker::clearance_of(std::size_t mover, std::size_t obstacle, d
     }
   }
   return clearance - kSlack_m;
+}
+
+void CollisionChecker::record_end(std::size_t end, std::size_t mover, const std::string& other,
+                                  double distance_m) {
+  touch_at_end_ = {*movers_[mover].name, other, distance_m, static_cast<double>(end),
+                   movers_[mover].X_BS.translation()};
 }
 
 // ---- postures and motions

@@ -39,6 +39,9 @@ class CollisionChecker {
   /// is blocked, and what touches what there.
   [[nodiscard]] Result<void> set_ends(const JointVector& start, const JointVector& goal);
 
+  /// The touch that blocks an end: u = 0 at the start, 1 at the goal. None = neither is blocked.
+  [[nodiscard]] const std::optional<Touch>& touch_at_end() const { return touch_at_end_; }
+
   [[nodiscard]] bool is_free(const JointVector& q);
   [[nodiscard]] bool is_free(const JointVector& from, const JointVector& to);
   /// Whether the whole curve is free.
@@ -87,6 +90,7 @@ class CollisionChecker {
   [[nodiscard]] Result<void> add_end(const JointVector& q, std::size_t end);
   [[nodiscard]] double depth_allowed(const Mover& mover, const Obstacle& obstacle) const;
   [[nodiscard]] double clearance_of(std::size_t mover, std::size_t obstacle, double way) const;
+  void record_end(std::size_t end, std::size_t mover, const std::string& other, double distance_m);
   [[nodiscard]] bool touches(double u);
   [[nodiscard]] bool is_proven(double u, const JointVector& travel);
   [[nodiscard]] Verdict examine(double u, const JointVector& travel);
@@ -103,7 +107,7 @@ class CollisionChecker {
   std::vector<std::vector<NearPair>> near_;  ///< by mover
   JointVector levers_;
   std::vector<Eigen::Isometry3d> X_BL_;
-  std::optional<Touch> touch_;
+  std::optional<Touch> touch_, touch_at_end_;
   std::size_t evaluations_ = 0;
   std::size_t last_evaluation_ = 0;  ///< of the check that runs
 };

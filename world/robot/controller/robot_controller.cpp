@@ -18,6 +18,7 @@ const char* const kNothingTaken = "nothing taken: no tool is at the flange";
 const char* const kTooManyDeferred =
     "too many commands wait for the tool changer: at most 16, send InitCanon";
 const char* const kHasTheRobot = " has the robot by a stream of motions; StopMotion ends it";
+const char* const kBusyChanger = "busy: the tool changer works";
 const char* const kMoveBefore = "the move before: ";
 /// Whether a move is not to be checked.
 bool may_touch(const PlannedMove& move) {
@@ -179,7 +180,7 @@ Result<void> RobotController::require_free() const {
   if (!s_.stream.alarm().empty()) {
     return aprsim::fail(ErrorCode::kFailedPrecondition, "alarm", "alarm: " + s_.stream.alarm());
   }
-  if (s_.changer.busy()) return busy("busy: the tool changer works");
+  if (s_.changer.busy()) return busy(kBusyChanger);
   if (!at_rest()) return busy("busy: a command moves the robot, or a stop is under way");
   return {};
 }
@@ -276,6 +277,30 @@ void RobotController::begin_planning(MoveRequest move, bool search, int replans)
   const bool at_once = request.steps == 0;
   s_.plans.begin(std::make_shared<PlanJob>(arm().planner, std::move(request)), setup_.prefetcher);
   if (at_once) begin_planned();
+}
+
+Result<std::shared_ptr<MovePreview>> RobotController::preview(
+    PlannedMove move, std::optional<api::PlanningMode> mode) const {
+  const auto refused = [](const std::string& why) {
+    return aprsim::fail(ErrorCode::kFailedPrecondition, "robot", why);
+  };
+  if (s_.stream.active()) return refused("busy: " + s_.stream.commander() + kHasTheRobot);
+  if (s_.changer.busy()) return refused(kBusyChanger);
+  if (!initialized()) {
+    return refused(s_.command.in_error() ? status().description : kNotInitialized);
+  }
+  const bool knows = setup_.surroundings != nullptr && !may_touch(move);
+  MovePreview::Setup setup{.arm = arm(),
+                           .motion = s_.motion,
+                           .request = {std::move(move), X_FT(), s_.tool_limits},
+                           .latency = setup_.latency};
+  if (setup_.surroundings) setup.mode = mode.value_or(s_.planning);
+  const bool direct = setup.mode == api::PlanningMode::kDirect;
+  if (knows) {
+    setup.surroundings =
+        setup_.surroundings->gather(setup_.index, direct ? api::PlanningMode::kCheck : setup.mode);
+  }
+  return std::make_shared<MovePreview>(std::move(setup));
 }
 
 /// Whether another robot has begun a motion that the plan does not know.

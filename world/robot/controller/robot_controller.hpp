@@ -13,6 +13,7 @@
 #include "world/robot/controller/controller_setup.hpp"
 #include "world/robot/controller/controller_state.hpp"
 #include "world/robot/controller/equipped_arm.hpp"
+#include "world/robot/controller/move_preview.hpp"
 
 namespace aprsim::robot {
 
@@ -94,6 +95,12 @@ class RobotController {
   void refuse(api::Ticket ticket, const api::RobotAction& action, const std::string& reason);
   /// From now on every motion has this share of its speed.
   void slow_down(double share);
+
+  /// The move as it would be planned and made if it were commanded now, in `mode` or in the one
+  /// that is set. Changes nothing. Errors: kFailedPrecondition where the command would be refused
+  /// before it is planned.
+  [[nodiscard]] Result<std::shared_ptr<MovePreview>> preview(
+      PlannedMove move, std::optional<api::PlanningMode> mode) const;
 
   // ---- state
 

@@ -41,8 +41,7 @@ MoveReview::MoveReview(const MotionPlanner& planner, const Surroundings& around,
     : planner_(planner), move_(std::move(move)), checker_(planner.arm().model, around) {}
 
 Result<void> MoveReview::run(MotionPlan& motions, bool search, bool& search_wanted) {
-  const Result<void> direct =
-      checker_.set_ends(move_.start.q, motions.end()).and_then([&] { return check(motions); });
+  const Result<void> direct = check_ends(motions).and_then([&] { return check(motions); });
   if (direct || !move_.is_free) return direct;
   const JointMotion* motion = motions[0].joint();
   // A start that is blocked stays blocked.
@@ -58,10 +57,35 @@ Result<void> MoveReview::run(MotionPlan& motions, bool search, bool& search_want
   return tl::unexpected<Error>(std::move(error));
 }
 
+Result<void> MoveReview::check_ends(const MotionPlan& motions) {
+  const Result<void> ends = checker_.set_ends(move_.start.q, motions.end());
+  if (ends) return ends;
+  Sampled all = sampled(motions);
+  if (std::optional<Touch> touch = checker_.touch_at_end()) {
+    touch->u *= static_cast<double>(all.postures.size() - 1);
+    keep_blocked(*touch, all.interval_s, std::move(all.postures));
+  }
+  return ends;
+}
+
+void MoveReview::keep_blocked(const Touch& touch, double interval_s,
+                              std::vector<JointVector> postures) {
+  if (blocked_) return;
+  blocked_ = std::make_shared<const BlockedMotion>(
+      BlockedMotion{.mover = touch.mover,
+                    .other = touch.other,
+                    .p_R = planner_.X_BR().inverse() * touch.p_B,
+                    .time_s = touch.u * interval_s,
+                    .interval_s = interval_s,
+                    .postures = std::move(postures)});
+}
+
 Result<void> MoveReview::check(const MotionPlan& motions) {
   Sampled all = sampled(motions);
-  const auto touch = checker_.first_touch(PostureCurve(std::move(all.postures)));
+  const PostureCurve curve(std::move(all.postures));
+  const auto touch = checker_.first_touch(curve);
   if (!touch) return {};
+  keep_blocked(*touch, all.interval_s, curve.postures());
   const Eigen::Vector3d p_R = planner_.X_BR().inverse() * touch->p_B;
   char where[160];
   std::snprintf(where, sizeof where, " at (%.3f, %.3f, %.3f) m, %.2f s after its start", p_R.x(),

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "world/robot/avoidance/collision_checker.hpp"
+#include "world/robot/planning/blocked_motion.hpp"
 #include "world/robot/planning/motion_planner.hpp"
 
 namespace aprsim::robot {
@@ -29,13 +30,17 @@ class MoveReview {
   [[nodiscard]] Result<void> run(MotionPlan& motions, bool search, bool& search_wanted);
   /// Whether a motion that leads to the same end in another way touches nothing.
   [[nodiscard]] bool allows(const JointMotion& motion);
+  /// The first motion that was found to touch something; null = none was.
+  [[nodiscard]] const std::shared_ptr<const BlockedMotion>& blocked() const { return blocked_; }
   /// Positions of the tool point in R along the reviewed motions [m].
   [[nodiscard]] std::shared_ptr<const std::vector<Eigen::Vector3d>> path(
       const MotionPlan& motions) const;
 
  private:
   [[nodiscard]] std::vector<JointVector> other_targets(const JointVector& first) const;
+  [[nodiscard]] Result<void> check_ends(const MotionPlan& motions);
   [[nodiscard]] Result<void> check(const MotionPlan& motions);
+  void keep_blocked(const Touch& touch, double interval_s, std::vector<JointVector> postures);
   [[nodiscard]] Result<void> go_round(const JointMotion& direct, MotionPlan& motions);
   [[nodiscard]] bool lead_along(const std::vector<JointVector>& postures, const JointMove& like,
                                 MotionPlan& out);
@@ -45,6 +50,7 @@ class MoveReview {
   const MotionPlanner& planner_;
   ReviewedMove move_;
   CollisionChecker checker_;
+  std::shared_ptr<const BlockedMotion> blocked_;
 };
 
 }  // namespace aprsim::robot

@@ -106,6 +106,7 @@ Plan PlanJob::make() const {
     const Surroundings& around = *request_.surroundings;
     review.emplace(planner, around, reviewed(request_.request, plan.rest, around.mode));
     plan.outcome = review->run(*motions, request_.search, plan.search_wanted);
+    if (!plan.outcome) plan.blocked = review->blocked();
     if (!plan.outcome || plan.search_wanted) return plan;
     plan.path = review->path(*motions);
   }

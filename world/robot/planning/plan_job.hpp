@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "world/robot/avoidance/surroundings.hpp"
+#include "world/robot/planning/blocked_motion.hpp"
 #include "world/robot/planning/motion_planner.hpp"
 #include "world/robot/servo/drive_power.hpp"
 #include "world/robot/trajectory/limits/tool_limits.hpp"
@@ -92,6 +93,8 @@ struct Plan {
   JointVector joint_targets;                  ///< of MoveJoints
   /// Positions of the tool point in R, if the motions were checked against surroundings [m].
   std::shared_ptr<const std::vector<Eigen::Vector3d>> path;
+  /// The motion that would touch something; null = the plan is not refused for that.
+  std::shared_ptr<const BlockedMotion> blocked;
 };
 
 /// The planning of one move, as a function of its request alone: it gives the same bits whichever

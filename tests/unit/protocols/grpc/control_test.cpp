@@ -207,6 +207,130 @@ TEST_F(Control, TheWayOfPlanningIsSet) {
   EXPECT_NE(status.error_message().find("no robot is named 'nobody'"), std::string::npos);
 }
 
+/// Answers with what it was asked.
+class FakePreviews final : public api::MovePreviews {
+ public:
+  void ask(api::PreviewRequest request, Answer answer) override {
+    asked.push_back(std::move(request));
+    answer(next);
+  }
+  std::vector<api::PreviewRequest> asked;
+  Result<api::MovePreview> next;
+};
+
+class MovePreviews : public Control {
+ protected:
+  MovePreviews() {
+    request_.set_robot("fanuc");
+    auto& pose = *request_.mutable_tool_in_reference();
+    pose.mutable_position_m()->set_x(0.3);
+    pose.mutable_orientation()->set_w(1);
+    grpc_server::TelemetryOptions options;
+    options.previews = &previews_;
+    start(options);
+  }
+  ~MovePreviews() override { server_.reset(); }  // before the previews that it uses
+
+  grpc::Status ask() {
+    grpc::ClientContext context;
+    return control_->PreviewMove(&context, request_, &response_);
+  }
+  /// The error of the request as it stands.
+  std::string error(grpc::StatusCode code = grpc::StatusCode::INVALID_ARGUMENT) {
+    const grpc::Status status = ask();
+    EXPECT_EQ(status.error_code(), code) << status.error_message();
+    return status.error_message();
+  }
+
+  FakePreviews previews_;
+  v1::PreviewMoveRequest request_;
+  v1::PreviewMoveResponse response_;
+};
+
+TEST_F(MovePreviews, PassRequestsAndPlans) {
+  request_.set_straight(true);
+  request_.set_speed_m_s(0.1);
+  request_.set_mode(v1::PLANNING_MODE_CHECK);
+  previews_.next->refusal = "the move is blocked";
+  previews_.next->touch = {"link_6", "wall", {1, 2, 3}, 1.5};
+  previews_.next->mode = api::PlanningMode::kCheck;
+  previews_.next->delay_s = 0.02;
+  previews_.next->duration_s = 2.25;
+  previews_.next->length_m = 0.7;
+  previews_.next->spacing_s = 0.02;
+  previews_.next->points = {{{0.1, 0.2}, {4, 5, 6}}};
+  ASSERT_TRUE(ask().ok());
+  const auto& command = previews_.asked.at(0).command;
+  EXPECT_EQ(command.robot, 0);
+  const auto& move = std::get<api::MoveTo>(command.action);
+  EXPECT_TRUE(move.straight);
+  EXPECT_EQ(move.X_RT.p.x(), 0.3);
+  EXPECT_EQ(move.limits.trans_speed->value, 0.1);
+  EXPECT_EQ(previews_.asked.at(0).mode, api::PlanningMode::kCheck);
+  EXPECT_FALSE(response_.possible());
+  EXPECT_EQ(response_.refusal(), "the move is blocked");
+  EXPECT_EQ(response_.touch().other(), "wall");
+  EXPECT_EQ(response_.touch().position_m().y(), 2);
+  EXPECT_EQ(response_.touch().time().nanos(), 500'000'000);
+  EXPECT_EQ(response_.mode(), v1::PLANNING_MODE_CHECK);
+  EXPECT_EQ(response_.delay().nanos(), 20'000'000);
+  EXPECT_EQ(response_.duration().seconds(), 2);
+  EXPECT_EQ(response_.length_m(), 0.7);
+  EXPECT_EQ(response_.points(0).joints_rad(1), 0.2);
+  EXPECT_EQ(response_.points(0).tool_m().z(), 6);
+  EXPECT_TRUE(cell_->commands().empty());
+}
+
+TEST_F(MovePreviews, OfJointsHaveTheirSpeed) {
+  for (int i = 0; i < 2; ++i) request_.mutable_joints()->add_positions_rad(0.1 * i);
+  request_.mutable_joints()->set_speed_rad_s(0.5);
+  ASSERT_TRUE(ask().ok());
+  const auto& move = std::get<api::MoveJoints>(previews_.asked.at(0).command.action);
+  ASSERT_EQ(move.targets.size(), 2U);
+  EXPECT_EQ(move.targets[1].position_rad, 0.1);
+  EXPECT_EQ(move.targets[1].speed_rad_s, 0.5);
+  EXPECT_FALSE(previews_.asked.at(0).mode.has_value());
+}
+
+TEST_F(MovePreviews, WrongRequestsNameFieldAndValue) {
+  request_.set_speed_m_s(-1);
+  EXPECT_EQ(error(), "speed_m_s: -1 m/s is not a speed above 0");
+  request_.clear_speed_m_s();
+  request_.mutable_tool_in_reference()->mutable_orientation()->set_w(2);
+  EXPECT_EQ(error(), "orientation: the quaternion has length 2, expected 1");
+  request_.mutable_joints()->add_positions_rad(1);
+  EXPECT_EQ(error(), "positions_rad: 1 values, but fanuc has 2 joints");
+  request_.mutable_joints()->add_positions_rad(0);
+  request_.set_straight(true);
+  EXPECT_NE(error().find("straight: true is only valid"), std::string::npos);
+  request_.set_straight(false);
+  request_.mutable_joints()->set_speed_rad_s(0);
+  EXPECT_EQ(error(), "speed_rad_s: 0 rad/s is not a speed above 0");
+  request_.set_mode(static_cast<v1::PlanningMode>(9));
+  EXPECT_NE(error().find("mode: 9 is not a planning mode"), std::string::npos);
+  request_.clear_mode();
+  request_.clear_target();
+  EXPECT_NE(error().find("target: one of tool_in_reference and joints"), std::string::npos);
+  request_.set_robot("nobody");
+  EXPECT_NE(error(grpc::StatusCode::NOT_FOUND).find("no robot is named 'nobody'"),
+            std::string::npos);
+  EXPECT_TRUE(previews_.asked.empty());
+}
+
+TEST_F(MovePreviews, ErrorsOfThePlanAreTheAnswer) {
+  previews_.next = fail(ErrorCode::kUnavailable, "preview", "too many");
+  EXPECT_EQ(error(grpc::StatusCode::UNAVAILABLE), "preview: too many");
+}
+
+TEST_F(Control, AReplayHasNoPreviews) {
+  start();
+  grpc::ClientContext context;
+  v1::PreviewMoveResponse response;
+  const auto status = control_->PreviewMove(&context, {}, &response);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_NE(status.error_message().find("preview: "), std::string::npos);
+}
+
 TEST_F(Control, AnIntruderIsPlacedAndTakenAway) {
   start();
   v1::SetIntruderRequest request;

@@ -265,6 +265,65 @@ TEST_F(PlannedMoves, AreMadeBesidePartsOfPieces) {
   EXPECT_FALSE(touched());
 }
 
+/// In mode direct it reports the wall, in the other ones it is what the move does.
+TEST_F(PlannedMoves, APreviewShowsWhatTheMoveDoes) {
+  start(scene_with(PlanningMode::kDirect, true));
+  act(to(kThisSide));
+  const auto preview = [&](PlanningMode mode, bool straight) {
+    const auto move = cell_->world.preview({0, to(kThatSide, straight), {}}, mode);
+    return *(*move)->make();
+  };
+  const std::string before = world::to_bytes(cell_->world.save());
+  const api::MovePreview direct = preview(PlanningMode::kDirect, false);
+  const api::MovePreview checked = preview(PlanningMode::kCheck, true);
+  const api::MovePreview round = preview(PlanningMode::kAvoid, false);
+  EXPECT_TRUE(world::to_bytes(cell_->world.save()) == before);
+
+  EXPECT_EQ(direct.refusal, "");
+  ASSERT_TRUE(direct.touch.has_value());
+  EXPECT_EQ(direct.touch->other, "wall");
+  EXPECT_GT(direct.duration_s, direct.touch->time_s);
+
+  ASSERT_TRUE(checked.touch.has_value());
+  const Eigen::Vector3d p_W = X_RW_.inverse() * checked.touch->p_R;
+  EXPECT_LT(std::abs(p_W.y() - wall().X_WS.p.y()), 0.15);
+  EXPECT_FALSE(checked.points.empty());
+
+  EXPECT_EQ(round.refusal, "");
+  EXPECT_FALSE(round.touch.has_value());
+  EXPECT_GT(round.length_m, 1.2 * direct.length_m);
+  EXPECT_GT(round.delay_s, checked.delay_s);
+  EXPECT_LT((X_RW_.inverse() * round.points.back().p_RT - kThatSide).norm(), 1e-4);
+
+  act(api::SetPlanning{PlanningMode::kCheck});
+  EXPECT_EQ(error_of(to(kThatSide, true)), checked.refusal);
+  act(api::InitRobot{});
+  act(api::SetPlanning{PlanningMode::kAvoid});
+  act(to(kThatSide));
+  for (std::size_t i = 0; i < round.points.back().joints.size(); ++i) {
+    EXPECT_NEAR(robot().joints[i].position_rad, round.points.back().joints[i], 1e-4);
+  }
+}
+
+TEST_F(PlannedMoves, APreviewOfABlockedGoalHasItsPlace) {
+  start(scene_with(PlanningMode::kAvoid, true));
+  act(to(kThisSide));
+  const api::MoveTo into = to({0.28, -1.15, 1.1});
+  const api::MovePreview preview = *(*cell_->world.preview({0, into, {}}, {}))->make();
+  ASSERT_TRUE(preview.touch.has_value());
+  EXPECT_EQ(preview.touch->other, "wall");
+  EXPECT_NEAR(preview.touch->time_s, preview.duration_s, 0.03);
+  EXPECT_EQ(error_of(into), preview.refusal);
+}
+
+TEST_F(PlannedMoves, OnlyMovesHaveAPreview) {
+  start(scene_with(PlanningMode::kDirect, false));
+  const auto preview = cell_->world.preview({0, api::SetGripper{1}, {}}, {});
+  ASSERT_FALSE(preview.has_value());
+  EXPECT_EQ(preview.error().code, ErrorCode::kInvalidArgument);
+  EXPECT_EQ(preview.error().field, "action");
+}
+
 /// Between pegs and pockets everything is nearer than the clearance.
 TEST_F(PlannedMoves, PartsCanBeTakenAndPlaced) {
   start(scene_with(PlanningMode::kAvoid, false));
