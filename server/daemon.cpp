@@ -397,6 +397,7 @@ class Daemon::Impl {
     options.cameras = &studio_;
     options.programs = programs_.for_pages();
     options.history = history_.get();
+    options.previews = &simulation_.previews();
     options.listeners = [this] { return listeners(); };
     options.metrics = [this] { return metrics_text(metrics_sources()); };
     web_ = std::make_unique<web::WebServer>(std::move(options), simulation_, simulation_);

@@ -76,6 +76,7 @@ constexpr std::array kRoles{
     CallRole{"aprsim.v1.ViewerRequest/conveyor", Role::kOperate},
     CallRole{"aprsim.v1.ViewerRequest/write_register", Role::kOperate},
     CallRole{"aprsim.v1.ViewerRequest/robot", Role::kOperate},
+    CallRole{"aprsim.v1.ViewerRequest/preview", Role::kOperate},
     CallRole{"aprsim.v1.ViewerRequest/jog", Role::kOperate},
     CallRole{"aprsim.v1.ViewerRequest/stop_cell", Role::kOperate},
     CallRole{"aprsim.v1.ViewerRequest/save_state", Role::kOperate},

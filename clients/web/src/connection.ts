@@ -2,12 +2,15 @@ import {create, fromBinary, toBinary, type MessageInitShape} from '@bufbuild/pro
 import {
   ViewerRequestSchema,
   ViewerUpdateSchema,
+  type MovePlan,
+  type MovePreview,
   type Outcome,
   type PastSnapshot,
   type ViewerUpdate
 } from './protocol';
 
 type Body = Exclude<MessageInitShape<typeof ViewerRequestSchema>['body'], undefined>;
+type Answer = Outcome | PastSnapshot | MovePreview;
 
 const kLongestPause_ms = 4000;
 const kWatch_ms = 1000;
@@ -25,7 +28,7 @@ export class Connection {
   private socket: WebSocket | null = null;
   private waiting = new Map<
     number,
-    {resolve: (answer: Outcome | PastSnapshot) => void; reject: (problem: Error) => void}
+    {resolve: (answer: Answer) => void; reject: (problem: Error) => void}
   >();
   private nextId = 1;
   private pause_ms = 250;
@@ -59,8 +62,24 @@ export class Connection {
 
   /** Sends a request; returns the moment of the past that answers it, null for other requests. */
   async ask(body: Body, patience_ms = 5000): Promise<PastSnapshot | null> {
+    const answer = await this.exchange(body, patience_ms);
+    if (answer.$typeName === 'aprsim.v1.PastSnapshot') return answer;
+    return null;
+  }
+
+  /** Plans a move without making it. */
+  async preview(
+    move: Extract<Body, {case: 'preview'}>['value'],
+    patience_ms: number
+  ): Promise<MovePlan> {
+    const answer = await this.exchange({case: 'preview', value: move}, patience_ms);
+    if (answer.$typeName === 'aprsim.v1.MovePreview' && answer.plan) return answer.plan;
+    throw new Error('the daemon sent no plan');
+  }
+
+  private async exchange(body: Body, patience_ms: number): Promise<Answer> {
     const id = this.nextId++;
-    const answer = await new Promise<Outcome | PastSnapshot>((resolve, reject) => {
+    const answer = await new Promise<Answer>((resolve, reject) => {
       if (!this.send(body, id)) return reject(new Error('not connected to the daemon'));
       this.waiting.set(id, {resolve, reject});
       if (patience_ms === Infinity) return;
@@ -68,9 +87,9 @@ export class Connection {
         if (this.waiting.delete(id)) reject(new Error('the daemon does not answer'));
       }, patience_ms);
     });
-    if (answer.$typeName === 'aprsim.v1.PastSnapshot') return answer;
-    if (!answer.ok) throw new Error(answer.message || answer.field);
-    return null;
+    if (answer.$typeName === 'aprsim.v1.Outcome' && !answer.ok)
+      throw new Error(answer.message || answer.field);
+    return answer;
   }
 
   /** Sends without waiting for an answer; false without a connection. */
@@ -95,8 +114,9 @@ export class Connection {
     socket.onmessage = (event: MessageEvent<ArrayBuffer>) => {
       this.heard = performance.now();
       const update = fromBinary(ViewerUpdateSchema, new Uint8Array(event.data));
-      if (update.body.case === 'outcome' || update.body.case === 'past') {
-        const answer = update.body.value;
+      const {body} = update;
+      if (body.case === 'outcome' || body.case === 'past' || body.case === 'preview') {
+        const answer = body.value;
         this.waiting.get(answer.id)?.resolve(answer);
         this.waiting.delete(answer.id);
       }

@@ -171,7 +171,12 @@ const shortcuts = new Shortcuts(
     },
     {keys: ['?'], does: 'this list', run: () => shortcuts.show()}
   ],
-  [() => pick.close(), () => crcl.closeDetail() || modbus.closeDetail(), () => start.close()]
+  [
+    () => robots.some((panel) => panel.closePreview()),
+    () => pick.close(),
+    () => crcl.closeDetail() || modbus.closeDetail(),
+    () => start.close()
+  ]
 );
 
 const toolbar = new Toolbar(state, access, changeTheme, () => shortcuts.show());
@@ -212,11 +217,17 @@ function showChosen(): void {
   robots.forEach((panel, i) => (panel.element.hidden = i !== robotSwitch.chosen));
   showRobots();
 }
+function closePreviews(): void {
+  for (const panel of robots) panel.closePreview();
+}
 function showRobots(): void {
   const robot = state.snapshot?.robots[robotSwitch.chosen];
   if (robot) robots[robotSwitch.chosen]?.update(robot);
 }
-robotSwitch.changed.on(showChosen);
+robotSwitch.changed.on(() => {
+  closePreviews();
+  showChosen();
+});
 robotSwitch.wanted.on(() => tabs.open(0));
 state.display.on(showRobots);
 units.changed.on((before) => {
@@ -240,7 +251,10 @@ state.snapshotChanged.on((snapshot) => {
 
 const historyLine = new HistoryLine(state, access);
 charts.onMoment = (epoch, time_s) => historyLine.goTo(epoch, time_s);
-state.pastChanged.on(() => view.clearTrails());
+state.pastChanged.on(() => {
+  view.clearTrails();
+  closePreviews();
+});
 
 const offline = h('div', {class: 'offline-note', role: 'alert', 'data-testid': 'offline'});
 state.accessChanged.on(() => {

@@ -28,7 +28,10 @@ export {
   GroupKind,
   PlanningMode
 } from '../generated/aprsim/v1/snapshot_pb';
-export type {ListFaultKindsResponse} from '../generated/aprsim/v1/control_service_pb';
+export type {
+  ListFaultKindsResponse,
+  PreviewMoveResponse as MovePlan
+} from '../generated/aprsim/v1/control_service_pb';
 export {ConveyorDirection} from '../generated/aprsim/v1/control_service_pb';
 export type {
   FaultKind,
@@ -47,6 +50,8 @@ export type {
   Fault,
   FaultList,
   ListenerStatus,
+  MovePreview,
+  MoveTool,
   OrderProgress,
   PastSnapshot,
   ProgramStatus,
@@ -62,6 +67,7 @@ export type {
 } from '../generated/aprsim/v1/web_pb';
 export {
   FaultSeverity,
+  MoveToolSchema,
   ViewerRequestSchema,
   ViewerUpdateSchema
 } from '../generated/aprsim/v1/web_pb';

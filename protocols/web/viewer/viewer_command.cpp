@@ -1,6 +1,5 @@
 #include "protocols/web/viewer/viewer_command.hpp"
 
-#include <cmath>
 #include <type_traits>
 #include <utility>
 
@@ -24,22 +23,8 @@ Bodies one_of(Result<Body> command) {
   return std::move(command).map([](Body body) { return std::vector<Body>{std::move(body)}; });
 }
 
-Result<Pose> pose_of(const v1::Pose& message) {
-  const auto& p = message.position_m();
-  const auto& q = message.orientation();
-  Pose pose;
-  pose.p = {p.x(), p.y(), p.z()};
-  pose.q = {q.w(), q.x(), q.y(), q.z()};
-  if (!(std::abs(pose.q.norm() - 1) < 1e-3)) {
-    return fail(ErrorCode::kInvalidArgument, "orientation",
-                fmt::format("the quaternion has length {}, expected 1", pose.q.norm()));
-  }
-  pose.q.normalize();
-  return pose;
-}
-
 Bodies move_of(const v1::MoveTool& move, int index) {
-  const auto pose = pose_of(move.tool_in_reference());
+  const auto pose = protocols::pose_of(move.tool_in_reference());
   if (!pose) return tl::unexpected(pose.error());
   api::MoveTo action{*pose, move.straight()};
   if (move.has_speed()) {
@@ -120,6 +105,16 @@ std::vector<Body> stop_cell(const api::CellDescription& cell) {
 }
 
 }  // namespace
+
+Result<api::PreviewRequest> preview_of(const v1::RobotRequest& request,
+                                       const api::Snapshot& snapshot) {
+  if (!request.has_move_tool() && !request.has_move_joints()) {
+    return fail(ErrorCode::kInvalidArgument, "action", "only move_tool and move_joints have one");
+  }
+  auto commands = robot_commands(request, snapshot);
+  if (!commands) return tl::unexpected(commands.error());
+  return api::PreviewRequest{std::get<api::RobotCommand>(std::move(commands->front())), {}};
+}
 
 std::optional<Bodies> commands_of(const v1::ViewerRequest& request, const api::Snapshot& snapshot) {
   switch (request.body_case()) {

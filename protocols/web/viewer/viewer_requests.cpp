@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "protocols/messages/history_message.hpp"
+#include "protocols/messages/preview_message.hpp"
 #include "protocols/ports/command_failure.hpp"
 #include "protocols/web/topics/register_view.hpp"
 #include "protocols/web/topics/topic_table.hpp"
@@ -22,7 +23,7 @@ bool concerns_faults(const v1::ViewerRequest& request) {
 /// Whether the answer comes later, from the cell or from the history.
 bool answered_later(const v1::ViewerRequest& request) {
   return request.jog().step() != 0 || request.has_past() || request.has_resume_from() ||
-         concerns_faults(request);
+         request.has_preview() || concerns_faults(request);
 }
 
 void send_outcome(Viewer& viewer, std::uint32_t id, const Result<void>& done) {
@@ -43,7 +44,10 @@ void send_outcome(Viewer& viewer, std::uint32_t id, const Result<void>& done) {
 }  // namespace
 
 ViewerRequests::ViewerRequests(Context context, Events events)
-    : context_(context), events_(std::move(events)), past_(context.options, context.instance_id) {
+    : context_(context),
+      events_(std::move(events)),
+      past_(context.options, context.instance_id),
+      previews_(context.options.previews) {
   const auto robots = static_cast<int>(context_.source.latest()->cell->robots.size());
   for (int robot = 0; robot < robots; ++robot) {
     joggers_.emplace_back(robot, context_.options.listener.endpoint, context_.sink,
@@ -68,6 +72,9 @@ Result<void> ViewerRequests::execute(Viewer& viewer, const v1::ViewerRequest& re
     return allowed;
   }
   if (request.has_past()) return allowed ? *past_.execute(viewer, request) : allowed;
+  if (request.has_preview()) {
+    return allowed ? previews_.ask(viewer.id(), request, *context_.source.latest()) : allowed;
+  }
   const auto done = allowed ? command(viewer, request) : allowed;
   record(context_.options, *context_.source.latest()->cell, viewer, request, done);
   return done;
@@ -160,6 +167,7 @@ void ViewerRequests::tick_jogs(const api::Snapshot& snapshot, Clock::time_point 
 void ViewerRequests::answer_waiting(const api::Snapshot& snapshot) {
   answer_awaited(snapshot);
   for (const PastRequests::Answer& answer : past_.take_answers()) answer_past(answer);
+  for (const PreviewRequests::Answer& answer : previews_.take_answers()) answer_preview(answer);
 }
 
 void ViewerRequests::answer_awaited(const api::Snapshot& snapshot) {
@@ -192,6 +200,18 @@ void ViewerRequests::answer_past(const PastRequests::Answer& answer) {
   }
 }
 
+void ViewerRequests::answer_preview(const PreviewRequests::Answer& answer) {
+  const auto viewer = context_.viewers.find(answer.viewer);
+  if (!viewer) return;
+  if (!answer.preview) {
+    return send_outcome(*viewer, answer.request, tl::unexpected(answer.preview.error()));
+  }
+  v1::ViewerUpdate update;
+  update.mutable_preview()->set_id(answer.request);
+  protocols::write_message(*answer.preview, *update.mutable_preview()->mutable_plan());
+  viewer->send(update);
+}
+
 void ViewerRequests::resume(const PastRequests::Answer& answer, Viewer& viewer) {
   const auto ticket = context_.sink.submit(
       {context_.options.listener.endpoint,
@@ -210,6 +230,7 @@ void ViewerRequests::release_jogs(const Viewer& viewer) {
 void ViewerRequests::forget(const Viewer& viewer) {
   release_jogs(viewer);
   past_.forget(viewer.id());
+  previews_.forget(viewer.id());
 }
 
 }  // namespace aprsim::web

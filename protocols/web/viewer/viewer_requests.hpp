@@ -10,6 +10,7 @@
 #include "protocols/web/http/web_counts.hpp"
 #include "protocols/web/jog/jogger.hpp"
 #include "protocols/web/viewer/past_requests.hpp"
+#include "protocols/web/viewer/preview_requests.hpp"
 #include "protocols/web/viewer/viewer_access.hpp"
 #include "protocols/web/viewer/viewers.hpp"
 
@@ -71,6 +72,7 @@ class ViewerRequests {
   [[nodiscard]] Result<void> jog(const Viewer& viewer, const v1::ViewerRequest& request);
   void answer_awaited(const api::Snapshot& snapshot);
   void answer_past(const PastRequests::Answer& answer);
+  void answer_preview(const PreviewRequests::Answer& answer);
   void resume(const PastRequests::Answer& answer, Viewer& viewer);
 
   Context context_;
@@ -78,6 +80,7 @@ class ViewerRequests {
   std::vector<Jogger> joggers_;  // by robot
   std::vector<Awaited> awaited_;
   PastRequests past_;
+  PreviewRequests previews_;
 };
 
 }  // namespace aprsim::web

@@ -19,6 +19,7 @@
 #include "protocols/web/topics/visual_description.hpp"
 #include "world/api/description/cell_description.hpp"
 #include "world/api/ports/history.hpp"
+#include "world/api/ports/move_previews.hpp"
 #include "world/base/duration_histogram.hpp"
 
 namespace aprsim::web {
@@ -58,8 +59,9 @@ struct WebServerOptions {
   protocols::WireTap* modbus_tap = nullptr;
   protocols::IncidentSource* incidents = nullptr;  ///< may be null; must outlive the server
   protocols::CameraPictures* cameras = nullptr;    ///< may be null; must outlive the server
-  ProgramRunner* programs = nullptr;  ///< must outlive the server; null = none can be started
-  api::History* history = nullptr;    ///< must outlive the server; null = no history
+  ProgramRunner* programs = nullptr;      ///< must outlive the server; null = none can be started
+  api::History* history = nullptr;        ///< must outlive the server; null = no history
+  api::MovePreviews* previews = nullptr;  ///< must outlive the server; null = no previews
   std::function<std::vector<ListenerCount>()> listeners;  ///< called on the server's thread
   /// Text of /metrics in Prometheus' format; called on the server's thread. Null: 404.
   std::function<std::string()> metrics = {};

@@ -1,4 +1,5 @@
 // The view of the cell as the rest of the page uses it, with or without WebGL.
+import type {MovePlan} from '../protocol';
 import type {State} from '../state';
 import {isWebGlAvailable} from './quality';
 import {View} from './view';
@@ -32,6 +33,8 @@ export interface CellView {
   clearTrails(): void;
   goHome(): void;
   focusRobot(index: number): void;
+  /** Draws a planned move of a robot until the next call; null = none. */
+  showPlan(shown: {robot: number; plan: MovePlan} | null): void;
   picturePng(): Promise<Blob>;
   film(rate_hz: number): MediaStream;
 }
@@ -70,6 +73,7 @@ class BlankView implements CellView {
   clearTrails(): void {}
   goHome(): void {}
   focusRobot(): void {}
+  showPlan(): void {}
   picturePng(): Promise<Blob> {
     return Promise.reject(new Error('there is no view'));
   }

@@ -72,6 +72,39 @@ export class RobotModel {
     }
   }
 
+  /** Shapes of the arm and its tool, each with its poses in the world at some postures. `state`: the
+   * robot as it is drawn now. */
+  sweep(
+    postures: number[][],
+    state: RobotState
+  ): {geometry: THREE.BufferGeometry; poses: THREE.Matrix4[]}[] {
+    const {arm} = this;
+    const flange = arm?.joints[this.jointNames[this.jointNames.length - 1] ?? ''];
+    if (!arm || !flange) return [];
+    this.root.updateMatrixWorld(true);
+    const X_WF = flange.matrixWorld.clone();
+    const shapes: {mesh: THREE.Mesh; X_FM: THREE.Matrix4 | null; poses: THREE.Matrix4[]}[] = [];
+    this.root.traverse((object) => {
+      if (!(object instanceof THREE.Mesh)) return;
+      let inArm = false;
+      object.traverseAncestors((above) => (inArm ||= above === arm));
+      const X_FM = inArm ? null : X_WF.clone().invert().multiply(object.matrixWorld);
+      shapes.push({mesh: object, X_FM, poses: []});
+    });
+    for (const posture of postures) {
+      posture.forEach((position, i) => arm.setJointValue(this.jointNames[i]!, position));
+      this.root.updateMatrixWorld(true);
+      for (const {mesh, X_FM, poses} of shapes)
+        poses.push(X_FM ? flange.matrixWorld.clone().multiply(X_FM) : mesh.matrixWorld.clone());
+    }
+    this.update(state);
+    this.root.updateMatrixWorld(true);
+    return shapes.map(({mesh, poses}) => ({
+      geometry: mesh.geometry as THREE.BufferGeometry,
+      poses
+    }));
+  }
+
   /** Attaches a tool to the arm. */
   carry(tool: ToolModel): void {
     this.root.add(tool.root);

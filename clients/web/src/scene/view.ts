@@ -1,7 +1,7 @@
 import * as THREE from 'three';
 import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
 import {RoomEnvironment} from 'three/examples/jsm/environments/RoomEnvironment.js';
-import type {CellDescription, Snapshot} from '../protocol';
+import type {CellDescription, MovePlan, Snapshot} from '../protocol';
 import type {State} from '../state';
 import type {CellView, Layers, Pick} from './cell_view';
 import {looksDifferent} from './changes';
@@ -11,6 +11,7 @@ import {Fineness} from './fineness';
 import {cornersOf, fitted, kUp, type Picture} from './framing';
 import {Goals} from './goals';
 import {makeRenderer, type SurfaceMaterial} from './materials';
+import {MoveGhosts} from './move_ghosts';
 import {NameLabels} from './name_labels';
 import {Cameras, LightCurtain, PhotoEyes, Trail} from './overlays';
 import {Parts} from './parts';
@@ -73,6 +74,7 @@ export class View implements CellView {
   private trails: Trail[] = [];
   private goals: Goals | null = null;
   private readonly contacts = new Contacts();
+  private readonly ghosts = new MoveGhosts();
   private readonly highlight = new THREE.BoxHelper(new THREE.Object3D(), 0xffffff);
   private selected: THREE.Object3D | null = null;
   private marks: RobotMarks | null = null;
@@ -124,7 +126,8 @@ export class View implements CellView {
       this.floor,
       this.content,
       this.highlight,
-      this.contacts.root
+      this.contacts.root,
+      this.ghosts.root
     );
     new ResizeObserver(() => this.resize()).observe(container);
     this.fineness = new Fineness(software ? 0.8 : Math.min(devicePixelRatio, 2), adaptive);
@@ -272,6 +275,18 @@ export class View implements CellView {
     }).length;
   }
 
+  showPlan(shown: {robot: number; plan: MovePlan} | null): void {
+    this.ghosts.clear();
+    this.dirty = true;
+    if (!shown) return;
+    const robot = this.state.cell?.robots[shown.robot],
+      model = this.robots[shown.robot],
+      now = this.state.snapshot?.robots[shown.robot];
+    if (!robot || !model || !now) return;
+    const color = kRobotColors[shown.robot % kRobotColors.length]!;
+    this.ghosts.show(robot, model, now, shown.plan, color);
+  }
+
   private picture(): Picture {
     const layers = this.container.querySelector<HTMLElement>('.layers');
     const covered = layers
@@ -371,6 +386,7 @@ export class View implements CellView {
 
   private build(cell: CellDescription): void {
     this.taken = null;
+    this.ghosts.clear();
     this.scene.remove(this.content);
     this.content.traverse((object) => (object as Partial<THREE.Mesh>).geometry?.dispose());
     this.content = new THREE.Group();

@@ -1,7 +1,10 @@
 // The pendant of one robot: its state, joints, tool and gripper.
+import {create} from '@bufbuild/protobuf';
 import {
   ActionKind,
+  MoveToolSchema,
   PlanningMode,
+  type MoveTool,
   type Pose,
   type RobotDescription,
   type RobotState
@@ -12,6 +15,7 @@ import type {CellView} from '../scene/cell_view';
 import type {Access} from './access';
 import {button, card, Facts, h, notify, text} from './dom';
 import type {Jog} from './jog';
+import {MovePreview} from './move_preview';
 import {fromRollPitchYaw, toRollPitchYaw} from './rotation';
 import {units, type Angle, type Length} from './units';
 
@@ -55,6 +59,7 @@ export class RobotPanel {
     {title: 'How moves regard what stands around the robot', 'aria-label': 'Moves'},
     ...kPlanning.map(([mode, label]) => h('option', {value: String(mode)}, label))
   );
+  private readonly preview: MovePreview;
   private readonly pose: HTMLInputElement[] = [];
   private readonly poseUnits: HTMLElement[] = [];
   private readonly poseNow: HTMLElement[] = [];
@@ -73,6 +78,7 @@ export class RobotPanel {
     private readonly robot: RobotDescription,
     private readonly index: number
   ) {
+    this.preview = new MovePreview(state, access, view, index, robot.name, () => this.ready());
     this.element = h(
       'div',
       {class: 'robot', 'data-testid': `robot-${robot.name}`},
@@ -185,7 +191,8 @@ export class RobotPanel {
         type: 'number',
         step: 'any',
         'aria-label': `target ${name} of ${this.robot.name}`,
-        'data-testid': `${this.robot.name}-target-${name}`
+        'data-testid': `${this.robot.name}-target-${name}`,
+        oninput: () => this.closePreview()
       });
       const now = h('output', {'data-testid': `${this.robot.name}-tcp-${name}`});
       const unit = h('small');
@@ -205,6 +212,14 @@ export class RobotPanel {
         }),
         () => this.ready()
       );
+    const look = this.access.guard(
+      button('Preview', () => this.showPreview(), {
+        'data-testid': `${this.robot.name}-preview-open`,
+        title: 'Show the way to the target without moving'
+      }),
+      () => this.ready()
+    );
+    this.preview.opener = look;
     return h(
       'section',
       {class: 'card'},
@@ -213,12 +228,14 @@ export class RobotPanel {
       h(
         'div',
         {class: 'row'},
-        button('Use current pose', () => this.fillTarget(), {
+        button('Current pose', () => this.fillTarget(), {
           title: 'Copy the current pose into the target'
         }),
+        look,
         go(false),
         go(true)
       ),
+      this.preview.element,
       jogRow('move', 'along'),
       jogRow('turn', 'about')
     );
@@ -282,6 +299,7 @@ export class RobotPanel {
 
   /** Converts the target to the new units; its pose stays the same. */
   changeUnits(before: {length: Length; angle: Angle}): void {
+    this.preview.render();
     this.showTargetUnits();
     this.pose.forEach((input, i) => {
       if (input.value === '') return;
@@ -297,29 +315,42 @@ export class RobotPanel {
   }
 
   private goTo(straight: boolean): void {
+    const move = this.target(straight);
+    if (move) this.command({case: 'moveTool', value: move});
+  }
+
+  private showPreview(): void {
+    const move = this.target(false);
+    if (move) void this.preview.show(move);
+  }
+
+  /** Returns false where no preview was open. */
+  closePreview(): boolean {
+    return this.preview.close();
+  }
+
+  /** The move to the target; null, with a notice, where a number is missing. */
+  private target(straight: boolean): MoveTool | null {
     const values = this.pose.map((input) => (input.value === '' ? NaN : Number(input.value)));
-    if (values.some((v) => !Number.isFinite(v)))
-      return notify(
-        'Fill in all six numbers of the target; "Use current pose" fills them.',
-        'error'
-      );
+    if (values.some((v) => !Number.isFinite(v))) {
+      notify('Fill in all six numbers of the target; "Current pose" fills them.', 'error');
+      return null;
+    }
     const [x, y, z] = values.slice(0, 3).map((v) => units.metres(v)) as [number, number, number];
     const [roll, pitch, yaw] = values.slice(3).map((v) => units.radians(v)) as [
       number,
       number,
       number
     ];
-    this.command({
-      case: 'moveTool',
-      value: {
-        toolInReference: {positionM: {x, y, z}, orientation: fromRollPitchYaw(roll, pitch, yaw)},
-        straight,
-        speed: this.jog.share
-      }
+    return create(MoveToolSchema, {
+      toolInReference: {positionM: {x, y, z}, orientation: fromRollPitchYaw(roll, pitch, yaw)},
+      straight,
+      speed: this.jog.share
     });
   }
 
   update(robot: RobotState): void {
+    this.preview.update(robot);
     this.showStatus(robot);
     robot.joints.forEach((joint, i) => {
       const limits = this.robot.joints[i],
