@@ -45,6 +45,7 @@ constexpr std::array kRoles{
     CallRole{"aprsim.crcl.v1.RobotService/Execute", Role::kOperate},
     CallRole{"aprsim.v1.TrajectoryService/FollowJointTrajectory", Role::kOperate},
     CallRole{"aprsim.v1.TrajectoryService/AppendPoints", Role::kOperate},
+    CallRole{"aprsim.v1.TrajectoryService/SwitchGripper", Role::kOperate},
     CallRole{"aprsim.v1.ControlService/SaveState", Role::kOperate},
     CallRole{"aprsim.v1.ControlService/LoadState", Role::kOperate},
     CallRole{"aprsim.v1.ControlService/ImportState", Role::kOperate},

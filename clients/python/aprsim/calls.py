@@ -22,6 +22,7 @@ from .v1 import history_service_pb2 as past
 from .v1 import journal_service_pb2 as journal
 from .v1 import snapshot_pb2
 from .v1 import telemetry_service_pb2 as telemetry
+from .v1 import trajectory_service_pb2 as trajectory
 
 if TYPE_CHECKING:
     from .v1 import cell_pb2, faults_pb2
@@ -344,6 +345,13 @@ def set_planning(robot: str, mode: str) -> Call[Receipt]:
     number = snapshot_pb2.PlanningMode.Value("PLANNING_MODE_" + mode.upper())
     request = control.SetPlanningRequest(robot=arguments.text("robot", robot), mode=number)
     return _control("SetPlanning", request, _receipt)
+
+
+def switch_gripper(robot: str, setting: float) -> Call[Receipt]:
+    request = trajectory.SwitchGripperRequest(
+        robot=arguments.text("robot", robot), setting=arguments.number("setting", setting, low=0, high=1)
+    )
+    return Call("Trajectory", "SwitchGripper", request, _receipt)
 
 
 def append_points(request: Any) -> Call[Any]:

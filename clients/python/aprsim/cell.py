@@ -315,6 +315,10 @@ class Cell(Channel, Closing):
         name = arguments.text("commander", commander) if commander else ""
         return JointStream(self, robot, joints, name, arguments.truth("reset", reset))
 
+    def switch_gripper(self, robot: str, setting: float) -> Receipt:
+        """Switch the valves of a gripper, 0 closed to 1 open, beside any motion."""
+        return self._run(calls.switch_gripper(robot, setting))
+
     def call_trajectory(self, request: Any) -> TrajectoryCall:
         """An open call of FollowJointTrajectory."""
         call = self._stub("Trajectory", "FollowJointTrajectory")(request, metadata=self._metadata)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <numeric>
+#include <string>
 #include <utility>
 
 #include "protocols/grpc/calls/call_peer.hpp"
@@ -130,6 +131,29 @@ grpc::ServerUnaryReactor* TrajectoryService::AppendPoints(grpc::CallbackServerCo
           protocols::write_message(motion.time, *response->mutable_time());
           protocols::write_message(motion.end_time, *response->mutable_end_time());
         });
+  }
+  return reactor;
+}
+
+grpc::ServerUnaryReactor* TrajectoryService::SwitchGripper(grpc::CallbackServerContext* context,
+                                                           const v1::SwitchGripperRequest* request,
+                                                           v1::SwitchGripperResponse* response) {
+  auto* const reactor = context->DefaultReactor();
+  const auto finish = [reactor](const grpc::Status& status) { reactor->Finish(status); };
+  const auto robot = robot_of(request->robot(), *source_.latest()->cell);
+  const double setting = request->setting();
+  if (const auto refused = gate_.refusal(*context)) {
+    finish(*refused);
+  } else if (!robot) {
+    finish(rpc_status(robot.error()));
+  } else if (!(setting >= 0 && setting <= 1)) {
+    finish({grpc::StatusCode::INVALID_ARGUMENT,
+            "setting: " + std::to_string(setting) + ", must be from 0 to 1"});
+  } else {
+    control_.carry_out(context, finish, api::TrajectoryCommand{*robot, api::SwitchGripper{setting}},
+                       [response](const api::Snapshot& snapshot, api::Ticket ticket) {
+                         protocols::write_receipt(snapshot, ticket, *response->mutable_receipt());
+                       });
   }
   return reactor;
 }

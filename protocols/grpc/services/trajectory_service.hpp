@@ -31,6 +31,9 @@ class TrajectoryService final : public v1::TrajectoryService::CallbackService {
   grpc::ServerUnaryReactor* AppendPoints(grpc::CallbackServerContext* context,
                                          const v1::AppendPointsRequest* request,
                                          v1::AppendPointsResponse* response) override;
+  grpc::ServerUnaryReactor* SwitchGripper(grpc::CallbackServerContext* context,
+                                          const v1::SwitchGripperRequest* request,
+                                          v1::SwitchGripperResponse* response) override;
 
  private:
   [[nodiscard]] Result<SubmittedGoal> submit(const v1::FollowJointTrajectoryRequest& request,

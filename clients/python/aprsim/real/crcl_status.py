@@ -57,6 +57,8 @@ class StatusReader(Closing):
         try:
             self._socket.sendall(get_status(1))
             document = self._document(asked_s + self._patience_s)
+        except TimeoutError as error:
+            raise self._silent() from error
         except OSError as error:
             raise DeviceLost(f"{self.address}: {error}") from error
         answered_s = time.monotonic()
@@ -65,11 +67,14 @@ class StatusReader(Closing):
             raise DeviceLies(f"{self.address}: {document[:80]!r}, where a CRCLStatus is expected")
         return Reading((asked_s + answered_s) / 2, status)
 
+    def _silent(self) -> DeviceLost:
+        return DeviceLost(f"{self.address}: no status within {self._patience_s:g} s")
+
     def _document(self, deadline_s: float) -> bytes:
         while (end := self._bytes.find(_END)) < 0:
             left_s = deadline_s - time.monotonic()
             if left_s <= 0:
-                raise DeviceLost(f"{self.address}: no status within {self._patience_s:g} s")
+                raise self._silent()
             self._socket.settimeout(left_s)
             data = self._socket.recv(1 << 16)
             if not data:

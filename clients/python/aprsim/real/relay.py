@@ -75,7 +75,7 @@ def _number(root: ElementTree.Element | None) -> int:
 
 class Relay(Closing):
     """Listens for CRCL clients. Each gets a connection to the real robot of its own, whose bytes it reads
-    unchanged. Documents that command pass only where that is allowed; else the client gets CRCL_Error.
+    unchanged. Documents that command pass only where that is allowed; else the client is told CRCL_Error.
     Where
     it is not, the robot gets questions in words of ours alone. With a `copy`, what passes goes there too, and the answers from there are dropped: the simulated
     robot then does the same."""
@@ -149,6 +149,7 @@ class _Client:
         self._connection, self._peer, self._allow, self._report = connection, peer, allow, report
         self._sockets = [connection]
         self._sending = threading.Lock()
+        self._refused: int | None = None  # number of the latest command that did not pass
 
     def close(self) -> None:
         for one in self._sockets:
@@ -168,6 +169,9 @@ class _Client:
                 passed = document if self._allow else question(document)
                 if passed is None:
                     self._refuse(document)
+                    continue
+                if self._refused is not None:
+                    self._tell_error(self._refused)
                     continue
                 upstream.sendall(passed)
                 if simulated is not None and not self._send_copy(simulated, document):
@@ -208,10 +212,15 @@ class _Client:
         return True
 
     def _refuse(self, document: bytes) -> None:
-        answer = _REFUSAL.format(number=_number(_parsed(document)))
-        self._report(f"{self._peer}: a command is refused, since none may pass")
+        """A command has no answer: from now on questions are answered by the error, as of a robot that
+        waits for InitCanon."""
+        if self._refused is None:
+            self._report(f"{self._peer}: a command is refused, since none may pass")
+        self._refused = _number(_parsed(document))
+
+    def _tell_error(self, number: int) -> None:
         with self._sending:
-            self._connection.sendall(answer.encode())
+            self._connection.sendall(_REFUSAL.format(number=number).encode())
 
     def _pass_back(self, upstream: socket.socket) -> None:
         with contextlib.suppress(OSError):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import queue
+import math
 import threading
 import time
 from collections import deque
@@ -10,8 +10,9 @@ from typing import Callable
 
 import numpy as np
 
+from ..calls import robot_named
 from ..cell import Cell
-from ..errors import AprsimError, Refused
+from ..errors import Refused
 from ..joint_stream import JointStream
 from ..poses import Array
 from ..trajectories import TrajectoryError
@@ -40,7 +41,7 @@ class RobotMirror:
     def __init__(
         self, cell: Cell, robot: str, host: str, port: int, *, period_s: float, patience_s: float, report: Report
     ) -> None:
-        description = cell.robot(robot).description
+        description = robot_named(cell.description, robot)
         limits = [[joint.lower_rad, joint.upper_rad, joint.max_speed_rad_s] for joint in description.joints]
         lower_rad, upper_rad, speed_rad_s = np.array(limits).T
         self._pacing = Pacing(lower_rad, upper_rad, speed_rad_s, period_s + _MARGIN_S)
@@ -51,6 +52,7 @@ class RobotMirror:
         self._report = report
         self._told = ""
         self._left_until_s, self._moves, self._measured_s = 0.0, False, 0.0
+        self._widest_m, self._setting = 0.0, math.nan
         self.latest: Reading | None = None
         """The last status of the real robot; None while it is lost."""
         self.follows = threading.Event()
@@ -83,10 +85,7 @@ class RobotMirror:
 
     def _follow(self, reader: StatusReader, ended: threading.Event, resets: bool) -> None:
         commander = f"mirror of {reader.address}"
-        with (
-            _GripperMirror(self._cell, self._robot, self._report) as gripper,
-            self._cell.open_joint_stream(self._robot, commander=commander, reset=resets) as stream,
-        ):
+        with self._cell.open_joint_stream(self._robot, commander=commander, reset=resets) as stream:
             reading, postures = self._approach(stream, reader, ended)
             self._tell(f"{self._robot}: follows {reader.address}")
             self.follows.set()
@@ -96,7 +95,7 @@ class RobotMirror:
                 self._pacing.check_speed(
                     self._posture(before), self._posture(reading), reading.at_s - before.at_s
                 )
-                gripper.follow(reading.status.separation_m)
+                self._follow_gripper(reading.status.separation_m)
                 stream.require_open()
                 try:
                     self._append(stream, postures, (reading.at_s, target))
@@ -160,42 +159,12 @@ class RobotMirror:
         self.latest = reading
         return reading, target
 
-
-class _GripperMirror:
-    """Opens and closes the robot's gripper in a thread of its own, since these commands take their time."""
-
-    def __init__(self, cell: Cell, robot: str, report: Report) -> None:
-        self._robot = cell.robot(robot)
-        self._report = report
-        self._greatest_m = 0.0
-        self._open: bool | None = None
-        self._wanted: queue.SimpleQueue[bool | None] = queue.SimpleQueue()
-        self._thread = threading.Thread(target=self._work, daemon=True)
-
-    def __enter__(self) -> _GripperMirror:
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._wanted.put(None)
-        self._thread.join()
-
-    def follow(self, separation_m: float | None) -> None:
-        """Of the real one's fingers; None where it does not tell."""
+    def _follow_gripper(self, separation_m: float | None) -> None:
+        """Of the real one's fingers; None where it does not tell. Nothing is sent that is already so."""
         if separation_m is None or not 0 <= separation_m < 1:
             return
-        self._greatest_m = max(self._greatest_m, separation_m)
-        is_open = separation_m > self._greatest_m - _OPEN_M
-        if is_open != self._open:
-            self._open = is_open
-            self._wanted.put(is_open)
-
-    def _work(self) -> None:
-        while (is_open := self._wanted.get()) is not None:
-            try:
-                if is_open:
-                    self._robot.open_gripper()
-                else:
-                    self._robot.close_gripper()
-            except AprsimError as error:
-                self._report(f"{self._robot.name}: the gripper does not follow: {error}")
+        self._widest_m = max(self._widest_m, separation_m)
+        setting = 1.0 if separation_m > self._widest_m - _OPEN_M else 0.0
+        if setting != self._setting:
+            self._cell.switch_gripper(self._robot, setting)
+            self._setting = setting

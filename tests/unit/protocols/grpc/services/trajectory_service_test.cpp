@@ -1,6 +1,7 @@
 // aprsim.v1.TrajectoryService: a goal in, its acceptance, feedback and result out.
 
 #include <atomic>
+#include <cmath>
 #include <string>
 #include <thread>
 #include <variant>
@@ -282,6 +283,29 @@ TEST_F(TrajectoryService, PointsThatAreRefusedSayWhy) {
   world.join();
   EXPECT_EQ(ended.error_code(), grpc::StatusCode::NOT_FOUND);
   EXPECT_EQ(ended.error_message(), "stream: stream 7 has ended, or never began");
+}
+
+TEST_F(TrajectoryService, GrippersAreSwitchedWithinTheirRange) {
+  const auto switch_gripper = [&](double setting) {
+    v1::SwitchGripperRequest request;
+    request.set_robot("motoman");
+    request.set_setting(setting);
+    v1::SwitchGripperResponse response;
+    grpc::ClientContext context;
+    set_deadline(context, 20s);
+    return stub_->SwitchGripper(&context, request, &response);
+  };
+  for (const double setting : {-0.1, 1.1, std::nan("")}) {
+    EXPECT_EQ(switch_gripper(setting).error_code(), grpc::StatusCode::INVALID_ARGUMENT) << setting;
+  }
+  EXPECT_TRUE(cell_->commands().empty());
+  std::thread world([&] {
+    EXPECT_TRUE(cell_->wait_for_commands(1));
+    cell_->publish([](api::Snapshot& next) { next.applied = 1; });
+  });
+  EXPECT_TRUE(switch_gripper(0.25).ok());
+  world.join();
+  EXPECT_EQ(std::get<api::SwitchGripper>(submitted(1)).setting, 0.25);
 }
 
 TEST_F(TrajectoryService, NamesWhatIsWrong) {
