@@ -69,6 +69,8 @@ class Status:
     tool_m: Array | None
     force_n: Array | None
     separation_m: float | None
+    gripper_setting: float | None
+    """0 closed to 1 open, as commanded."""
 
 
 def read_commands(document: bytes, time_s: float, connection: int, units: Units) -> tuple[list[Command], Units]:
@@ -108,6 +110,7 @@ def read_status(document: bytes, time_s: float, units: Units) -> Status | None:
         None if point is None else units.length_m * _vector(point, "XYZ"),
         None if sensor is None else units.force_n * _vector(sensor, ("Fx", "Fy", "Fz")),
         None if separation is None else units.length_m * float(separation.text or "nan"),
+        _number(root, "SettingsStatus/EndEffectorSetting"),
     )
 
 

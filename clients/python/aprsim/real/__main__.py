@@ -1,7 +1,7 @@
 """Puts a real robot or belt beside the simulated one.
 
 mirror  the cell's robot moves as the real one, which is asked for its statuses by CRCL
-belt    the cell's belt does what a real PLC is told, whose registers are read by Modbus/TCP
+belt    the cell's belt does what a real PLC commands, whose registers are read by Modbus/TCP
 proxy   controllers connect here and command the real robot; the cell's robot moves as it does
 shadow  controllers connect here; real and simulated robot get the same commands and are compared
 

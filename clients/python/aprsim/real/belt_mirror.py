@@ -68,7 +68,7 @@ class BeltReader(Closing):
 
 
 class BeltMirror:
-    """Lets the cell's belt do what the real PLC is told to do. While the PLC is lost the belt stands."""
+    """Lets the cell's belt do what the real PLC commands. While the PLC is lost the belt stands."""
 
     def __init__(
         self,

@@ -25,7 +25,7 @@ class Deviation:
     distance_m: float
     """Between the tools, at the best shift in time."""
     delay_s: float
-    """By which the simulated robot is late; 0 where the motion does not tell."""
+    """Delay of the simulated robot; 0 where the motion does not tell."""
 
 
 class Comparison:

@@ -68,14 +68,14 @@ def _parsed(document: bytes) -> ElementTree.Element | None:
 
 
 def _number(root: ElementTree.Element | None) -> int:
-    """Of the first command; 1 where it has none."""
+    """The first command's; 1 where it has none."""
     text = "" if root is None else (root.findtext(".//CommandID") or "").strip()
     return int(text) if text.isascii() and text.isdecimal() and len(text) <= 10 else 1
 
 
 class Relay(Closing):
     """Listens for CRCL clients. Each gets a connection to the real robot of its own, whose bytes it reads
-    unchanged. Documents that command pass only where that is allowed; else the client is told CRCL_Error.
+    unchanged. Documents that command pass only where that is allowed; else the client receives CRCL_Error.
     Where
     it is not, the robot gets questions in words of ours alone. With a `copy`, what passes goes there too, and the answers from there are dropped: the simulated
     robot then does the same."""

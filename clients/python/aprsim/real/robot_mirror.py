@@ -10,6 +10,7 @@ from typing import Callable
 
 import numpy as np
 
+from ..calibration.crcl_documents import Status
 from ..calls import robot_named
 from ..cell import Cell
 from ..errors import Refused
@@ -78,7 +79,7 @@ class RobotMirror:
             ended.wait(RETRY_S)
 
     def _tell(self, text: str) -> None:
-        """Once, until something else is told."""
+        """Report a text once, until it is another one."""
         if text != self._told:
             self._told = text
             self._report(text)
@@ -95,7 +96,7 @@ class RobotMirror:
                 self._pacing.check_speed(
                     self._posture(before), self._posture(reading), reading.at_s - before.at_s
                 )
-                self._follow_gripper(reading.status.separation_m)
+                self._follow_gripper(reading.status)
                 stream.require_open()
                 try:
                     self._append(stream, postures, (reading.at_s, target))
@@ -159,12 +160,13 @@ class RobotMirror:
         self.latest = reading
         return reading, target
 
-    def _follow_gripper(self, separation_m: float | None) -> None:
-        """Of the real one's fingers; None where it does not tell. Nothing is sent that is already so."""
-        if separation_m is None or not 0 <= separation_m < 1:
+    def _follow_gripper(self, status: Status) -> None:
+        """As it is commanded; where that is not reported, as its fingers are. Sends changes alone."""
+        setting = status.gripper_setting
+        if setting is None and status.separation_m is not None:
+            self._widest_m = max(self._widest_m, status.separation_m)
+            setting = 1.0 if status.separation_m > self._widest_m - _OPEN_M else 0.0
+        if setting is None or not 0 <= setting <= 1 or setting == self._setting:
             return
-        self._widest_m = max(self._widest_m, separation_m)
-        setting = 1.0 if separation_m > self._widest_m - _OPEN_M else 0.0
-        if setting != self._setting:
-            self._cell.switch_gripper(self._robot, setting)
-            self._setting = setting
+        self._cell.switch_gripper(self._robot, setting)
+        self._setting = setting

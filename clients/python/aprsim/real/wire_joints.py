@@ -19,7 +19,7 @@ class WireJoint:
     """One joint as it is counted."""
 
     joint: int
-    """Of the model, from 0; -1: a number that no joint has."""
+    """Index in the model; -1: a number that no joint has."""
     unit_rad: float = math.radians(1)
     sign: float = 1.0
     offset_rad: float = 0.0
