@@ -15,7 +15,7 @@ import threading
 import unittest
 
 import numpy as np
-from aprsim import BadArgument, Cell, Daemon, Refused, TrajectoryError
+from aprsim import BadArgument, Cell, Daemon, Refused, RobotError, TrajectoryError
 from aprsim.binaries import find_binary
 from aprsim.real.belt_mirror import BeltMirror
 from aprsim.real.crcl_status import StatusReader, get_status
@@ -327,10 +327,10 @@ class BesideTest(unittest.TestCase):
         robot.move_by([0, 0, -0.05])  # the mirror begins somewhere else than the cell's robot
         mirror = self.mirror(disturbed.listens)
         await_that(mirror.follows.is_set, self.told)
-        await_that(self.is_same, "the first posture")
+        await_that(self.is_same, self.told)
         robot.move_by([0.05, 0.02, 0])
         robot.close_gripper()
-        await_that(self.is_same, "a motion")
+        await_that(self.is_same, self.told)
         await_that(lambda: self.cell.snapshot().robot("fanuc").message.gripper.setting == 0, "the gripper")
         with self.assertRaisesRegex(Exception, "mirror of"):
             self.cell.robot("fanuc").move_by([0, 0, 0.01])
@@ -338,7 +338,7 @@ class BesideTest(unittest.TestCase):
         disturbed.drop()
         self.await_told("the real robot is lost")
         robot.move_by([-0.05, 0, 0])
-        await_that(self.is_same, "after a lost connection")
+        await_that(self.is_same, self.told)
         # Lies stop it as well.
         self.told.clear()
         disturbed.change = lambda data: data.replace(b"<JointPosition>", b"<JointPosition>9")
@@ -346,13 +346,14 @@ class BesideTest(unittest.TestCase):
         disturbed.change = None
         await_that(mirror.follows.is_set, "after lies")
         robot.move_by([0, -0.02, 0.02])
-        await_that(self.is_same, "after lies")
+        await_that(self.is_same, self.told)
         # A person stops the simulated robot: it is taken again, since the real one goes on.
         self.told.clear()
-        self.cell.robot("fanuc").stop()
+        with self.assertRaisesRegex(RobotError, "In error until InitCanon"):  # since the refused move
+            self.cell.robot("fanuc").stop()
         self.await_told("the simulated robot does not follow")
         robot.move_by([0, 0.02, 0])
-        await_that(self.is_same, "after a stop")
+        await_that(self.is_same, self.told)
         self.ended.set()
         await_that(
             lambda: self.cell.snapshot().robot("fanuc").message.motion.stream == 0, "the robot is free"
@@ -376,7 +377,7 @@ class BesideTest(unittest.TestCase):
         with self.assertRaises(DeviceLost), StatusReader(HOST, disturbed.listens, 0.2) as reader:
             reader.read()
 
-    def test_the_belt_does_what_the_plc_is_told(self):
+    def test_the_belt_does_what_the_plc_commands(self):
         belt = BeltMirror(
             self.cell, HOST, json.loads(pathlib.Path(self.theirs.ports_file).read_text())["modbus"], period_s=0.02, patience_s=60 * PATIENCE,
             report=self.told.append,

@@ -17,7 +17,8 @@ _LEAST_SHARE, _MOST_SHARE = 0.85, 1.3  # of the time between two measurements
 _CORRECTION = 0.1  # of the difference from the wanted delay, in each segment
 _LIMIT_TOLERANCE_RAD = 0.02  # beyond a joint's range: rounded, or another stop than ours
 _INSIDE_RAD = 1e-6
-_APPROACH_SHARE = 0.15  # of a joint's speed
+_NEAR_S = 1e-4  # at a joint's highest speed
+_APPROACH_SHARE, _LEAST_APPROACH_S = 0.15, 0.3  # of a joint's speed
 
 
 class Pacing:
@@ -48,9 +49,13 @@ class Pacing:
                 f"joint {worst + 1} at {speed[worst]:.3f} rad/s, its limit is {self._speed[worst]:.3f} rad/s"
             )
 
+    def is_near(self, from_rad: Array, to_rad: Array) -> bool:
+        """Whether a robot at rest can reach a posture in its next segment without effort."""
+        return bool((np.abs(to_rad - from_rad) <= _NEAR_S * self._speed).all())
+
     def approach_s(self, from_rad: Array, to_rad: Array) -> float:
-        """Duration of a slow motion from rest to rest; 0 where there is nothing to do."""
-        return float((np.abs(to_rad - from_rad) / (_APPROACH_SHARE * self._speed)).max())
+        """Duration of a slow motion from rest to rest."""
+        return max(float((np.abs(to_rad - from_rad) / (_APPROACH_SHARE * self._speed)).max()), _LEAST_APPROACH_S)
 
     def segment_s(self, from_rad: Array, to_rad: Array, measured_s: float, left_s: float) -> float:
         """Duration of the motion to the next posture, `measured_s` after the one before, when what is

@@ -26,7 +26,6 @@ from .wire_joints import WireJoints
 RETRY_S = 1.0
 """Between two attempts with a device that is lost, or a robot that is stopped."""
 _MARGIN_S = 0.005  # for the way of a measurement to the cell
-_MOST_APPROACHES = 4  # each comes closer to a robot that moves
 _OPEN_M = 1e-3  # a gripper within this of its greatest opening counts as open
 
 Report = Callable[[str], None]
@@ -138,18 +137,18 @@ class RobotMirror:
     def _approach(
         self, stream: JointStream, reader: StatusReader, ended: threading.Event
     ) -> tuple[Reading, deque[tuple[float, Array]]]:
-        """Slowly to where the real robot is, again while it goes on meanwhile. The last reading, and where
-        the robot is then."""
+        """Slowly to where the real robot is, until that is slow itself: nobody can join it at full speed.
+        The last reading, and where the robot is then."""
         here = self._cell.snapshot(["robots"]).robot(self._robot).joints_rad
-        for _ in range(_MOST_APPROACHES):
+        while True:
             reading, target = self._read(reader)
             self._left_until_s, self._moves, self._measured_s = 0.0, False, reading.at_s
-            if np.abs(target - here).max() == 0:
-                break
-            self._move(stream, target, max(self._pacing.approach_s(here, target), self._period_s), 0 * target)
+            if self._pacing.is_near(here, target) or ended.is_set():
+                return reading, deque([(0.0, here)], maxlen=3)
+            stream.require_open()
+            self._move(stream, target, self._pacing.approach_s(here, target), 0 * target)
             here = target
             ended.wait(max(self._left_until_s - time.monotonic(), 0.0))
-        return reading, deque([(0.0, here)], maxlen=3)
 
     def _posture(self, reading: Reading) -> Array:
         return self._joints.positions_rad(reading.status.joints)
