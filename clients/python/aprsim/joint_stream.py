@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import queue
-import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy.typing as npt
 
@@ -47,7 +46,7 @@ class JointStream(Closing):
         set_time(request.feedback_period, 0.0)
         self._call = cell.call_trajectory(request)
         try:
-            self.number = int(self._next(_ACCEPTED_S).accepted.stream)
+            self.number = self._accepted()
         except AprsimError:
             self.close()
             raise
@@ -72,7 +71,7 @@ class JointStream(Closing):
         try:
             answer = self._cell.append_points(request)
         except Refused:
-            self._await_end()
+            self.require_open(_END_S)
             raise
         self._begun = True
         self._end_s += after_s
@@ -82,32 +81,31 @@ class JointStream(Closing):
         """Let the next posture begin a motion from where the robot stands, as after a stop."""
         self._begun, self._end_s = False, 0.0
 
-    def require_open(self) -> None:
-        """Raises TrajectoryError with the cause where the stream has ended."""
-        if self._call.answers.empty():
+    def require_open(self, wait_s: float | None = None) -> None:
+        """Raises TrajectoryError with the cause where the stream has ended, or ends in this time."""
+        try:
+            answer = self._call.next(wait_s)
+        except queue.Empty:
             return
-        end = self._next(_ACCEPTED_S).result
         self.close()
-        name = messages.StreamResult.Name(end.result).removeprefix("STREAM_RESULT_")
-        raise TrajectoryError(name, f"{self._robot}: {name}: {end.text}")
-
-    def _await_end(self) -> None:
-        """Points are refused, or the stream has ended, of which word comes in a moment."""
-        deadline_s = time.monotonic() + _END_S
-        while self._call.answers.empty() and time.monotonic() < deadline_s:
-            time.sleep(0.01)
-        self.require_open()
+        if answer is None:
+            raise self._ended_unseen()
+        name = messages.StreamResult.Name(answer.result.result).removeprefix("STREAM_RESULT_")
+        raise TrajectoryError(name, f"{self._robot}: {name}: {answer.result.text}")
 
     def close(self) -> None:
         """Give the robot back; it stops."""
         self._call.close()
 
-    def _next(self, timeout_s: float) -> Any:
+    def _accepted(self) -> int:
+        """The number of the stream, once it has the robot."""
         try:
-            answer = self._call.next(timeout_s)
+            answer = self._call.next(_ACCEPTED_S)
         except queue.Empty:
-            raise TimedOut(f"{self._robot}: no answer within {timeout_s:g} s") from None
+            raise TimedOut(f"{self._robot}: no answer within {_ACCEPTED_S:g} s") from None
         if answer is None:
-            raise TrajectoryError("STOPPED", f"{self._robot}: the call has ended without a result")
-        return answer
+            raise self._ended_unseen()
+        return int(answer.accepted.stream)
 
+    def _ended_unseen(self) -> TrajectoryError:
+        return TrajectoryError("STOPPED", f"{self._robot}: the call has ended without a result")
