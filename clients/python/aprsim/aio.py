@@ -618,6 +618,10 @@ class Cell(Channel):
         that would touch something, `avoid` also leads free moves round."""
         return await self._run(calls.set_planning(robot, mode))
 
+    async def switch_gripper(self, robot: str, setting: float) -> Receipt:
+        """Switch the valves of a gripper, 0 closed to 1 open, beside any motion."""
+        return await self._run(calls.switch_gripper(robot, setting))
+
     async def preview(
         self,
         robot: str,

@@ -56,6 +56,16 @@ class JointStreamTest(WithCell):
                 stream.append([0.0] * 6, 0.1)
         await_that(lambda: self.cell.snapshot().robot("motoman").message.motion.stream == 0, "released")
 
+    def test_a_gripper_is_switched_beside_the_motion(self):
+        with self.cell.open_joint_stream("motoman"):
+            for setting in (0.0, 1.0):
+                self.cell.switch_gripper("motoman", setting)
+                self.cell.step(1)
+                gripper = self.cell.snapshot().robot("motoman").message.gripper
+                self.assertEqual(gripper.setting, setting)
+            with self.assertRaisesRegex(BadArgument, "setting"):
+                self.cell.switch_gripper("motoman", 1.5)
+
     def test_tells_why_it_has_ended(self):
         start = self.joints("fanuc")
         with self.cell.open_joint_stream("fanuc") as stream:
