@@ -69,7 +69,7 @@ class Status:
     tool_m: Array | None
     force_n: Array | None
     separation_m: float | None
-    gripper_setting: float | None
+    gripper_setting: float | None = None
     """0 closed to 1 open, as commanded."""
 
 
