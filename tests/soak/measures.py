@@ -50,7 +50,7 @@ def recordings(told):
     beyond = []
     for name, megabytes in used.items():
         share = told.get(name.replace("used", "limit"), math.inf) / 1e6
-        if megabytes > share:
+        if megabytes > 1.01 * share:  # old parts go as soon as new ones exceed the share
             part = name.split('"')[1]
             beyond.append(f"{part} keeps {megabytes:.1f} MB, its share is {share:.1f} MB")
     return math.fsum(used.values()), tuple(beyond)
