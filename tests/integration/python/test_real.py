@@ -383,7 +383,7 @@ class BesideTest(unittest.TestCase):
         mirror = self.mirror(disturbed.listens, patience_s=0.5 * PATIENCE)
         await_that(mirror.follows.is_set, self.told)
         disturbed.stalls.set()
-        self.await_told("no status within")
+        self.await_told("no answer within")
         with self.assertRaises(DeviceLost), StatusReader(HOST, disturbed.listens, 0.2) as reader:
             reader.read()
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import socket
 import struct
 import threading
 from typing import Callable
@@ -11,7 +10,7 @@ from ..calibration.modbus_units import COUNT_M, RUN
 from ..cell import Cell
 from ..closing import Closing
 from ..errors import Refused
-from ..hosts import with_port
+from .device_socket import DeviceSocket
 from .devices import DeviceLies, DeviceLost
 
 _READ_HOLDING = 3
@@ -28,30 +27,23 @@ class BeltReader(Closing):
         """`forward` is the value of the direction register for a belt that runs forward, `count_m_s` the
         unit of the speed register. Raises DeviceLost."""
         self._forward, self._count_m_s = forward, count_m_s
-        self.address = with_port(host, port)
         self._transaction = 0
-        try:
-            self._socket = socket.create_connection((host, port), patience_s)
-            self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        except OSError as error:
-            raise DeviceLost(f"{self.address}: {error}") from error
+        self._device = DeviceSocket(host, port, patience_s)
+        self.address = self._device.address
 
     def close(self) -> None:
         """Disconnect."""
-        self._socket.close()
+        self._device.close()
 
     def read(self) -> tuple[bool, bool, float]:
         """Whether the belt runs, whether forward, and its speed [m/s]. Raises DeviceLost, DeviceLies."""
         self._transaction = (self._transaction + 1) & 0xFFFF
         question = struct.pack(">BHH", _READ_HOLDING, RUN, _REGISTERS)
-        try:
-            self._socket.sendall(_HEADER.pack(self._transaction, 0, 1 + len(question), 1) + question)
-            transaction, protocol, length, _ = _HEADER.unpack(self._exactly(_HEADER.size))
-            if (transaction, protocol) != (self._transaction, 0) or not 3 <= length <= _MOST_BYTES:
-                raise DeviceLies(f"{self.address}: header {transaction}, {protocol}, {length} in its answer")
-            answer = self._exactly(length - 1)
-        except OSError as error:
-            raise DeviceLost(f"{self.address}: {error}") from error
+        self._device.ask(_HEADER.pack(self._transaction, 0, 1 + len(question), 1) + question)
+        transaction, protocol, length, _ = _HEADER.unpack(self._exactly(_HEADER.size))
+        if (transaction, protocol) != (self._transaction, 0) or not 3 <= length <= _MOST_BYTES:
+            raise DeviceLies(f"{self.address}: header {transaction}, {protocol}, {length} in its answer")
+        answer = self._exactly(length - 1)
         if answer[:2] != bytes((_READ_HOLDING, 2 * _REGISTERS)) or len(answer) != 2 + 2 * _REGISTERS:
             raise DeviceLies(f"{self.address}: answers {answer[:8].hex(' ')} to registers {RUN:#06x} to {RUN + 2:#06x}")
         run, direction, speed = struct.unpack(">3H", answer[2:])
@@ -60,10 +52,7 @@ class BeltReader(Closing):
     def _exactly(self, count: int) -> bytes:
         data = b""
         while len(data) < count:
-            part = self._socket.recv(count - len(data))
-            if not part:
-                raise DeviceLost(f"{self.address}: the connection has ended")
-            data += part
+            data += self._device.receive(count - len(data))
         return data
 
 

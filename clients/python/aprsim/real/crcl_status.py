@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import socket
 import time
 from dataclasses import dataclass
 
 from ..calibration.crcl_documents import Status, Units, read_status
 from ..closing import Closing
-from ..hosts import with_port
-from .devices import DeviceLies, DeviceLost
+from .device_socket import DeviceSocket
+from .devices import DeviceLies
 
 _GET_STATUS = (
     '<CRCLCommandInstance xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance">'
@@ -38,48 +37,28 @@ class StatusReader(Closing):
 
     def __init__(self, host: str, port: int, patience_s: float) -> None:
         """Raises DeviceLost."""
-        self.address = with_port(host, port)
-        self._patience_s = patience_s
+        self._device = DeviceSocket(host, port, patience_s)
+        self.address = self._device.address
         self._bytes = b""
-        try:
-            self._socket = socket.create_connection((host, port), patience_s)
-            self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        except OSError as error:
-            raise DeviceLost(f"{self.address}: {error}") from error
 
     def close(self) -> None:
         """Disconnect."""
-        self._socket.close()
+        self._device.close()
 
     def read(self) -> Reading:
         """Ask once. Raises DeviceLost without an answer in time, DeviceLies for one that is no status."""
         asked_s = time.monotonic()
-        try:
-            self._socket.sendall(get_status(1))
-            document = self._document(asked_s + self._patience_s)
-        except TimeoutError as error:
-            raise self._silent() from error
-        except OSError as error:
-            raise DeviceLost(f"{self.address}: {error}") from error
+        self._device.ask(get_status(1))
+        document = self._document()
         answered_s = time.monotonic()
         status = read_status(document, answered_s, _UNITS)
         if status is None:
             raise DeviceLies(f"{self.address}: {document[:80]!r}, where a CRCLStatus is expected")
         return Reading((asked_s + answered_s) / 2, status)
 
-    def _silent(self) -> DeviceLost:
-        return DeviceLost(f"{self.address}: no status within {self._patience_s:g} s")
-
-    def _document(self, deadline_s: float) -> bytes:
+    def _document(self) -> bytes:
         while (end := self._bytes.find(_END)) < 0:
-            left_s = deadline_s - time.monotonic()
-            if left_s <= 0:
-                raise self._silent()
-            self._socket.settimeout(left_s)
-            data = self._socket.recv(1 << 16)
-            if not data:
-                raise DeviceLost(f"{self.address}: the connection has ended")
-            self._bytes += data
+            self._bytes += self._device.receive()
             if len(self._bytes) > _MOST_BYTES:
                 raise DeviceLies(f"{self.address}: a document of more than {_MOST_BYTES} bytes")
         end += len(_END)

@@ -53,8 +53,6 @@ class RobotMirror:
         self._told = ""
         self._left_until_s, self._moves, self._measured_s = 0.0, False, 0.0
         self._widest_m, self._setting = 0.0, math.nan
-        self.latest: Reading | None = None
-        """The last status of the real robot; None while it is lost."""
         self.follows = threading.Event()
         """Set while the cell's robot follows the real one."""
 
@@ -74,7 +72,6 @@ class RobotMirror:
                 self._tell(f"{self._robot}: the simulated robot does not follow: {error}")
             finally:
                 self.follows.clear()
-                self.latest = None
             ended.wait(RETRY_S)
 
     def _tell(self, text: str) -> None:
@@ -156,7 +153,6 @@ class RobotMirror:
     def _read(self, reader: StatusReader) -> tuple[Reading, Array]:
         reading = reader.read()
         target = self._pacing.checked(self._posture(reading))
-        self.latest = reading
         return reading, target
 
     def _follow_gripper(self, status: Status) -> None:

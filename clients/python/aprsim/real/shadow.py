@@ -31,8 +31,6 @@ class Shadow:
         self._told = ""
         self.alarms = 0
         """How often the robots have parted."""
-        self.compares = threading.Event()
-        """Set while both robots answer."""
 
     def run(self, ended: threading.Event) -> None:
         """Until the event is set."""
@@ -46,16 +44,12 @@ class Shadow:
                     self._compare(real, simulated, ended)
             except (DeviceLost, DeviceLies) as error:
                 self._tell(f"not compared: {error}")
-            finally:
-                self.compares.clear()
             ended.wait(_RETRY_S)
 
-    def _tell(self, text: str) -> bool:
-        if text == self._told:
-            return False
-        self._told = text
-        self._report(text)
-        return True
+    def _tell(self, text: str) -> None:
+        if text != self._told:
+            self._told = text
+            self._report(text)
 
     def _compare(self, real: StatusReader, simulated: StatusReader, ended: threading.Event) -> None:
         next_s = time.monotonic()
@@ -65,7 +59,6 @@ class Shadow:
             for reading, add in ((one, self._comparison.add_real), (other, self._comparison.add_simulated)):
                 if reading.status.tool_m is not None:
                     add(reading.at_s, reading.status.tool_m)
-            self.compares.set()
             alarm = self._comparison.alarm()
             if alarm and not parted:
                 self.alarms += 1
