@@ -433,8 +433,13 @@ class Daemon::Impl {
 
   [[nodiscard]] MemoryUse memory() const {
     MemoryUse use{.shares = shares_};
-    if (journal_) use.journal_ring = journal_->stats().memory_bytes;
+    if (journal_) {
+      const journal::JournalStats journal = journal_->stats();
+      use.journal_ring = journal.memory_bytes;
+      use.journal_queues = journal.queued_bytes;
+    }
     if (records_) use.history = records_->bytes();
+    if (history_) use.past_states = history_->state_bytes();
     const auto saved = simulation_.latest()->saved_states;
     use.saved_states = saved ? saved->bytes : 0;
     use.events = simulation_.events().memory();

@@ -149,8 +149,11 @@ void Journal::take_incident(std::chrono::nanoseconds last, Done done) {
 }
 
 JournalStats Journal::stats() const {
+  const std::uint64_t queued = authoritative_.bytes() + informational_.bytes();
   const std::lock_guard lock(mutex_);
-  return stats_;
+  JournalStats stats = stats_;
+  stats.queued_bytes = queued;
+  return stats;
 }
 
 // ---- the writer

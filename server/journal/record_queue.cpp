@@ -66,6 +66,11 @@ void RecordQueue::lose(const Missing& missing) {
   missing_.add(missing);
 }
 
+std::size_t RecordQueue::bytes() const {
+  const std::lock_guard lock(mutex_);
+  return bytes_;
+}
+
 void RecordQueue::take(Taken& taken) {
   taken.entries.clear();
   const std::lock_guard lock(mutex_);

@@ -89,13 +89,15 @@ class RecordQueue {
   Pushed push(Entry entry);
   /// Counts entries that could not be created. Thread: any.
   void lose(const Missing& missing);
+  /// Memory of the entries, approximately. Thread: any.
+  [[nodiscard]] std::size_t bytes() const;
   /// Takes all entries. After a missing one the queue accepts no more until this call, so that the
   /// gap keeps its place. Thread: the writer.
   void take(Taken& taken);
 
  private:
   const std::size_t max_bytes_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   // A deque: its growth moves no entries while the lock is held.
   std::deque<Entry> entries_;
   std::size_t bytes_ = 0;

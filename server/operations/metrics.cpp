@@ -84,7 +84,9 @@ void write_memory(MetricsText& out, const MemoryUse& memory) {
   }
   out.metric("aprsim_memory_used_bytes", kGauge, "Memory in use by part.");
   out.sample(memory.journal_ring, {{"part", "journal"}});
+  out.sample(memory.journal_queues, {{"part", "journal_queues"}});
   out.sample(memory.history, {{"part", "history"}});
+  out.sample(memory.past_states, {{"part", "past_states"}});
   out.sample(memory.saved_states, {{"part", "saved_states"}});
   out.sample(memory.events, {{"part", "events"}});
 }

@@ -34,7 +34,8 @@ struct AccessSources {
 /// Limits and use of memory by part [bytes].
 struct MemoryUse {
   MemoryShares shares;
-  std::uint64_t journal_ring = 0, history = 0, saved_states = 0, events = 0;
+  std::uint64_t journal_ring = 0, journal_queues = 0, history = 0, past_states = 0;
+  std::uint64_t saved_states = 0, events = 0;
 };
 
 /// Values of all counters and gauges at one time.

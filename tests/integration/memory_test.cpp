@@ -59,7 +59,12 @@ TEST(MemoryOfADaemon, IsToldByPart) {
               std::string::npos)
         << part;
   }
-  EXPECT_NE(metrics.find("aprsim_memory_used_bytes{part=\"events\"}"), std::string::npos);
+  for (const char* part :
+       {"journal", "journal_queues", "history", "past_states", "saved_states", "events"}) {
+    EXPECT_NE(metrics.find("aprsim_memory_used_bytes{part=\"" + std::string(part) + "\"}"),
+              std::string::npos)
+        << part;
+  }
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <list>
 #include <memory>
@@ -9,11 +10,13 @@
 
 namespace aprsim::world {
 
-/// LRU cache of computed states of past moments. Thread: one.
+/// LRU cache of computed states of past moments. Thread: one, unless told otherwise.
 class PastStates {
  public:
   explicit PastStates(std::uint64_t max_bytes) : max_bytes_(max_bytes) {}
 
+  /// Memory of the states. Thread: any.
+  [[nodiscard]] std::uint64_t bytes() const { return bytes_.load(std::memory_order_relaxed); }
   void keep(api::Moment moment, std::shared_ptr<const WorldState> state);
   struct Kept {
     api::Moment moment;
@@ -25,7 +28,8 @@ class PastStates {
   [[nodiscard]] std::shared_ptr<const WorldState> find(api::Moment moment) const;
 
  private:
-  std::uint64_t max_bytes_, bytes_ = 0;
+  std::uint64_t max_bytes_;
+  std::atomic<std::uint64_t> bytes_ = 0;
   std::list<Kept> kept_;  ///< the most recently used first
 };
 

@@ -44,6 +44,9 @@ class TimeMachine final : public api::History {
     return bookmarks_.remove(id);
   }
 
+  /// Memory of the cached states. Thread: any.
+  [[nodiscard]] std::uint64_t state_bytes() const { return states_.bytes(); }
+
   /// Answers waiting requests with kUnavailable and ends the thread; may be called twice. Thread:
   /// not the machine's.
   void stop();

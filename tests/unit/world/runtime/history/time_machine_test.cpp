@@ -113,6 +113,17 @@ TEST_F(PastOfARun, StepsBackAndForth) {
   }
 }
 
+TEST_F(PastOfARun, KeepsItsStatesWithinTheirMemory) {
+  const std::uint64_t limit = 3 * world_.save().bytes();
+  TimeMachine machine(scene_, records_, bookmarks_, nullptr, limit);
+  EXPECT_EQ(machine.state_bytes(), 0U);
+  for (std::uint64_t step = 500; step <= 6000; step += 500) {
+    ASSERT_TRUE(ask(machine, {0, step}));
+    EXPECT_GT(machine.state_bytes(), 0U);
+    EXPECT_LE(machine.state_bytes(), limit) << step;
+  }
+}
+
 TEST_F(PastOfARun, RefusesWhatIsNotKept) {
   for (const api::Moment moment : {api::Moment{0, kSteps + 1}, api::Moment{1, 0}}) {
     const auto past = ask(machine_, moment);
