@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Callable
 
-from arm import APPROACH_MM, FAST_MM_S, SLOW_MM_S, Arm, finger_yaws
+from arm import FAST_MM_S, SLOW_MM_S, Arm, finger_yaws
 from cell import Cell, CellError
 from crcl_robot import Interrupted, RobotError, RobotLost
 from orders import SAME_KIT_MM, Kit
@@ -249,7 +249,9 @@ class ActionRun:
         if not arm.claim(slot.xy):
             raise ActionError("another robot is in the way")
         for trial in range(YAW_TRIALS):
-            result = take_part(arm, part.xy, tray.type.thickness_mm, self._others(part), trial)
+            result = take_part(
+                arm, part.type, part.xy, tray.type.thickness_mm, self._others(part), trial
+            )
             if result is Taken.HELD:
                 self.holding = part.type
                 self.taken.append(part)
@@ -264,15 +266,15 @@ class ActionRun:
         arm = self.arm
         if not arm.claim(slot.xy):
             raise ActionError("another robot is in the way")
-        low = arm.grip_height(slot.xy, tray.type.thickness_mm)
+        low = arm.grip_height(part.type, slot.xy, tray.type.thickness_mm)
         arm.set_gripper(True)
         yaws = finger_yaws(part.xy, self._others(part), arm.robot.open_mm, arm.neutral_yaw(part.xy))
-        yaw = approach(arm, part.xy, low + APPROACH_MM, yaws)
+        yaw = approach(arm, part.xy, low + arm.approach_mm, yaws)
         if yaw is None:
             raise ActionError("the robot does not go there")
         arm.move(part.xy, low, yaw, straight=True, speed_mm_s=SLOW_MM_S)
         arm.crcl.dwell(0.1)
-        arm.move(part.xy, low + APPROACH_MM, yaw, straight=True, speed_mm_s=FAST_MM_S)
+        arm.move(part.xy, low + arm.approach_mm, yaw, straight=True, speed_mm_s=FAST_MM_S)
         self.taken.append(part)
 
     def place(self, action: Action) -> None:
@@ -287,9 +289,9 @@ class ActionRun:
     def _place_part(self, slot: SlotView, tray: TrayView) -> None:
         if not self.arm.claim(slot.xy):
             raise ActionError("another robot is in the way")
-        assert self.scene is not None
+        assert self.scene is not None and self.holding is not None
         others = [p.xy for p in self.scene.parts if p not in self.taken]
-        result = place_part(self.arm, slot.xy, tray.type.thickness_mm, others)
+        result = place_part(self.arm, self.holding, slot.xy, tray.type.thickness_mm, others)
         if result is not Placed.DONE:
             raise ActionError(f"the part is {result.value}")
         self.holding = None

@@ -14,9 +14,9 @@ from ros_robot import RosRobot
 from vision import Camera
 from zones import Space
 
-APPROACH_MM = 60.0  # height above the grasp
 GRIPPER_S = 0.25  # time of opening and closing
-GRIP_MM = 10.0  # height of the tool point above the underside of a part's disc
+_APPROACH_MM = 60.0  # least height above the grasp
+_OVER_PARTS_MM = 30.0  # at which parts are carried over others
 FAST_MM_S, SLOW_MM_S, TURN_DEG_S, HOME_DEG_S = 400.0, 120.0, 90.0, 60.0
 
 # Outline of a finger from above, with a margin: across its travel, and along it from the pad outward.
@@ -84,12 +84,21 @@ class Arm:
             return self.robot.home_mm
         return self.robot.frame.point(tool[:2])
 
-    def grip_height(self, xy: XY, thickness_mm: float) -> float:
+    @property
+    def approach_mm(self) -> float:
+        """Height above a grasp at which the arm moves with a part."""
+        return max(_APPROACH_MM, _OVER_PARTS_MM + self._highest_grip_mm())
+
+    def _highest_grip_mm(self) -> float:
+        return max(gear.grip_mm for gear in self.cell.gears.values())
+
+    def grip_height(self, part_type: str, xy: XY, thickness_mm: float) -> float:
         """The height of the tool that holds a part in a tray of this thickness [mm]."""
         surface = self.cell.surface_at(xy)
         if surface is None:
             raise RobotError(f"nothing is known to stand at ({xy[0]:.0f}, {xy[1]:.0f}) mm")
-        return surface.top_mm + thickness_mm + GRIP_MM - self.robot.base_mm[2]
+        grip_mm = self.cell.gears[part_type].grip_mm
+        return surface.top_mm + thickness_mm + grip_mm - self.robot.base_mm[2]
 
     def neutral_yaw(self, xy: XY) -> float:
         base = self.robot.base_mm
@@ -120,7 +129,8 @@ class Arm:
         thickest = max(tray.thickness_mm for tray in self.cell.trays.values())
         if surface is None:
             return
-        clear = surface.top_mm + thickest + GRIP_MM + APPROACH_MM - self.robot.base_mm[2]
+        grasp = surface.top_mm + thickest + self._highest_grip_mm()
+        clear = grasp + self.approach_mm - self.robot.base_mm[2]
         if status.tool_mm[2] < clear - 1:
             yaw = status.tool_yaw + self.robot.yaw
             self.move(xy, clear, yaw, straight=True, speed_mm_s=SLOW_MM_S)

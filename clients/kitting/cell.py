@@ -13,6 +13,9 @@ from geometry import XY, Pose2, distance, inside
 from kinematics import Chain, Joint
 
 
+_GRIP_MM = 10.0  # of gears, held by their pegs
+
+
 class CellError(Exception):
     """An error in a file, with its place and the expected value."""
 
@@ -37,6 +40,7 @@ class GearType:
     name: str
     disc_radius_mm: float
     mass_g: float
+    grip_mm: float  # height of the tool point above the underside of a part in a tray, when it grips
 
 
 @dataclass(frozen=True)
@@ -223,7 +227,8 @@ class _Table:
 
 
 def _gear(table: _Table) -> GearType:
-    return GearType(table.name, table.number("disc_radius_mm"), table.number("mass_g"))
+    grip_mm = table.number("grip_mm") if "grip_mm" in table.values else _GRIP_MM
+    return GearType(table.name, table.number("disc_radius_mm"), table.number("mass_g"), grip_mm)
 
 
 def _tray(table: _Table, gears: dict[str, GearType]) -> TrayType:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import Enum
 
-from arm import APPROACH_MM, FAST_MM_S, SLOW_MM_S, Arm, finger_yaws
+from arm import FAST_MM_S, SLOW_MM_S, Arm, finger_yaws
 from crcl_robot import RobotError
 from geometry import XY, distance
 from skill_take import approach
@@ -19,10 +19,12 @@ class Placed(Enum):
     FAILED = "failed"  # the robot stopped on an error
 
 
-def place_part(arm: Arm, xy: XY, thickness_mm: float, others: list[XY]) -> Placed:
+def place_part(
+    arm: Arm, part_type: str, xy: XY, thickness_mm: float, others: list[XY]
+) -> Placed:
     """Place the held part in the slot at `xy`. The caller holds the space."""
-    low = arm.grip_height(xy, thickness_mm) + DROP_MM
-    high = low + APPROACH_MM
+    low = arm.grip_height(part_type, xy, thickness_mm) + DROP_MM
+    high = low + arm.approach_mm
     others = [o for o in others if distance(o, xy) > 10]
     yaw = approach(arm, xy, high, finger_yaws(xy, others, arm.robot.open_mm, arm.neutral_yaw(xy)))
     if yaw is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import Enum
 
-from arm import APPROACH_MM, FAST_MM_S, SLOW_MM_S, Arm, finger_yaws
+from arm import FAST_MM_S, SLOW_MM_S, Arm, finger_yaws
 from crcl_robot import RobotError
 from geometry import XY, distance
 
@@ -18,11 +18,13 @@ class Taken(Enum):
     FAILED = "failed"  # the robot stopped on an error
 
 
-def take_part(arm: Arm, xy: XY, thickness_mm: float, others: list[XY], trial: int = 0) -> Taken:
+def take_part(
+    arm: Arm, part_type: str, xy: XY, thickness_mm: float, others: list[XY], trial: int = 0
+) -> Taken:
     """Take the part at `xy` out of a tray. `others`: positions of other parts. Each trial grips with
     another yaw. The caller holds the space."""
-    low = arm.grip_height(xy, thickness_mm)
-    high = low + APPROACH_MM
+    low = arm.grip_height(part_type, xy, thickness_mm)
+    high = low + arm.approach_mm
     yaws = finger_yaws(
         xy, [o for o in others if distance(o, xy) > 10], arm.robot.open_mm, arm.neutral_yaw(xy)
     )

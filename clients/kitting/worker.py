@@ -388,7 +388,12 @@ class Worker(threading.Thread):
         self._held = transfer.part.type
         # The detected pose of the part; its slot has play.
         result = take_part(
-            arm, transfer.part.xy, transfer.source_tray.type.thickness_mm, others, trial
+            arm,
+            transfer.part.type,
+            transfer.part.xy,
+            transfer.source_tray.type.thickness_mm,
+            others,
+            trial,
         )
         if result is Taken.HELD:
             return transfer.source.content is not Content.WRONG or self._is_a(transfer, scene)
@@ -422,7 +427,9 @@ class Worker(threading.Thread):
     def _place(self, part_type: str, target: SlotView, tray: TrayView, scene: Scene) -> bool:
         arm, xy = self.arm, target.xy
         arm.log("place", f"places it in {target.slot.name} at ({xy[0]:.0f}, {xy[1]:.0f})")
-        result = place_part(arm, xy, tray.type.thickness_mm, [p.xy for p in scene.parts])
+        result = place_part(
+            arm, part_type, xy, tray.type.thickness_mm, [p.xy for p in scene.parts]
+        )
         if result is Placed.DONE:
             return True
         arm.log("place_" + result.value, f"the part is {result.value}")
@@ -458,7 +465,9 @@ class Worker(threading.Thread):
                             "aside", f"puts its part into {slot.slot.name} of {tray.name}"
                         )
                         others = [p.xy for p in scene.parts]
-                        result = place_part(arm, slot.xy, tray.type.thickness_mm, others)
+                        result = place_part(
+                            arm, part_type, slot.xy, tray.type.thickness_mm, others
+                        )
                         if result in (Placed.DONE, Placed.LOST):
                             if avoid:
                                 self._refused.append(slot.xy)

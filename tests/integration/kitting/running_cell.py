@@ -22,6 +22,8 @@ _attack_cell = importlib.util.module_from_spec(_spec)
 _spec.loader.exec_module(_attack_cell)
 Daemon = _attack_cell.Daemon
 
+from vision import canonical  # noqa: E402
+
 
 def eventually(condition, seconds, what):
     """Waits for a condition; what it returned."""
@@ -50,12 +52,12 @@ def snapshot(daemon):
 
 
 def filled_slots(state, cell):
-    """For every kit tray: each slot's gear type and its distance from the slot's centre [mm]; None
-    where no gear is within 3 mm."""
+    """For every kit tray: the type of each slot's part and its distance from the slot's centre [mm];
+    None where no part is within 3 mm."""
     bodies = [(body, _position(body)) for body in state["bodies"]]
     kits = {}
     for body, (x, y, z) in bodies:
-        tray = cell.trays.get(body["type"])
+        tray = cell.trays.get(canonical(body["type"]))
         if tray is None or not tray.is_kit:
             continue
         turn = body["body_in_world"]["orientation"]
@@ -69,9 +71,9 @@ def filled_slots(state, cell):
                 z,
             )
             near = [
-                (math.dist(centre, at), other["type"])
+                (math.dist(centre, at), canonical(other["type"]))
                 for other, at in bodies
-                if other["type"] in cell.gears
+                if canonical(other["type"]) in cell.gears
             ]
             error, kind = min(near)
             kits[body["name"]][slot.name] = (kind, error) if error < 3 else None

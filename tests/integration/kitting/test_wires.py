@@ -102,7 +102,7 @@ class TakeTest(unittest.TestCase):
         self.addCleanup(crcl.close)
         camera = vision.Camera("127.0.0.1", 1)
         arm = Arm(CELL, robot, crcl, camera, Space(250), Report(quiet=True), threading.Event())
-        return take_part(arm, self.PLACE, 17, []), server, arm
+        return take_part(arm, "sku_part_medium_gear", self.PLACE, 17, []), server, arm
 
     def test_takes_as_the_laboratory_does(self):
         result, server, _ = self.take(holding="true")

@@ -17,13 +17,15 @@ using TouchingSide = api::ContactSide;
 constexpr std::uint64_t kSettling = 20;
 
 /// In the order of api::ActionKind.
-constexpr std::array kActionNames{"none",    "initialize",      "end",          "stop",
+constexpr std::array kActionNames{"",        "initialize",      "end",          "stop",
                                   "move to", "move through to", "move screw",   "move joints",
                                   "gripper", "gripper force",   "tool changer", "override",
                                   "dwell",   "motion limit",    "planning"};
 static_assert(kActionNames.size() == static_cast<std::size_t>(api::ActionKind::kPlanning) + 1);
 
+/// An error without a command is its description alone: that of a stop, or of a stream of motions.
 std::string in_words(api::ActionKind kind, const std::string& description) {
+  if (kind == api::ActionKind::kNone) return description;
   std::string text = kActionNames[static_cast<std::size_t>(kind)];
   if (!description.empty()) text += ": " + description;
   return text;

@@ -167,6 +167,10 @@ TEST_F(DetectedEvents, ReportsFaultsWithTheirNumbers) {
   ASSERT_EQ(stops.size(), 1u);
   EXPECT_EQ(stops[0].names, std::vector<std::string>{"motoman"});
   EXPECT_NE(stops[0].text.find("Protective stop"), std::string::npos);
+  // No command failed, so none is named.
+  const auto failed = of(What::kCommandFailed);
+  ASSERT_EQ(failed.size(), 1u);
+  EXPECT_EQ(failed[0].text, stops[0].text);
 }
 
 TEST_F(DetectedEvents, ReportsReportedEvents) {
