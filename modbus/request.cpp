@@ -101,16 +101,42 @@ std::optional<Request> parse_body(const FunctionInfo& info, Bytes pdu) {
   return std::nullopt;
 }
 
+/// Whether the device has all addresses of the request.
+bool has_addresses(const Request& request, const AddressSpace* addresses) {
+  const auto has = [addresses](Area area, std::uint16_t address, std::uint16_t count, bool write) {
+    return addresses == nullptr ? is_mapped(address, count)
+                                : addresses->has(area, address, count, write);
+  };
+  const bool reads_mapped =
+      request.read_quantity == 0 ||
+      has(Area::kHoldingRegister, request.read_address, request.read_quantity, false);
+  const Area area = area_of(request.function);
+  return reads_mapped && has(area, request.address, request.quantity, request.is_write());
+}
+
 }  // namespace
 
-Checked<Request> parse_request(Bytes pdu) {
+Area area_of(Function function) {
+  switch (function) {
+    case Function::kReadCoils:
+    case Function::kWriteSingleCoil:
+    case Function::kWriteMultipleCoils:
+      return Area::kCoil;
+    case Function::kReadDiscreteInputs:
+      return Area::kDiscreteInput;
+    case Function::kReadInputRegisters:
+      return Area::kInputRegister;
+    default:
+      return Area::kHoldingRegister;
+  }
+}
+
+Checked<Request> parse_request(Bytes pdu, const AddressSpace* addresses) {
   const FunctionInfo* info = find_function(pdu[0]);
   if (info == nullptr) return tl::unexpected(ExceptionCode::kIllegalFunction);
   const std::optional<Request> request = parse_body(*info, pdu);
   if (!request) return tl::unexpected(ExceptionCode::kIllegalDataValue);
-  const bool reads_mapped =
-      request->read_quantity == 0 || is_mapped(request->read_address, request->read_quantity);
-  if (!is_mapped(request->address, request->quantity) || !reads_mapped) {
+  if (!has_addresses(*request, addresses)) {
     return tl::unexpected(ExceptionCode::kIllegalDataAddress);
   }
   return *request;

@@ -69,10 +69,28 @@ struct Request {
   }
 };
 
+/// The addresses of a device.
+class AddressSpace {
+ public:
+  AddressSpace() = default;
+  AddressSpace(const AddressSpace&) = delete;
+  AddressSpace& operator=(const AddressSpace&) = delete;
+  virtual ~AddressSpace() = default;
+
+  /// Whether all of [address, address + count) of an area can be read, or written.
+  [[nodiscard]] virtual bool has(Area area, std::uint16_t address, std::uint16_t count,
+                                 bool write) const = 0;
+};
+
+/// The area that a function reads or writes.
+[[nodiscard]] Area area_of(Function function);
+
 /// Parses a PDU (function code and what follows; never empty) and checks, in the order of the
 /// specification's state diagrams: function (exception 1), quantity, byte count and length (3),
-/// address range (2). The device checks the values of its registers.
-[[nodiscard]] Checked<Request> parse_request(std::span<const std::uint8_t> pdu);
+/// address range (2). The device checks the values of its registers. `addresses`: null = those of
+/// the conveyor's PLC.
+[[nodiscard]] Checked<Request> parse_request(std::span<const std::uint8_t> pdu,
+                                             const AddressSpace* addresses = nullptr);
 
 /// Whether a function code is one of those above that write.
 [[nodiscard]] bool is_writing_function(std::uint8_t code);

@@ -37,7 +37,7 @@ void judge(ValidatedRequest& validated, const RequestRules& rules) {
     validated.identification = *wanted;
     return;
   }
-  const Checked<Request> request = parse_request(pdu);
+  const Checked<Request> request = parse_request(pdu, rules.addresses);
   if (!request) return refuse(request.error());
   validated.verdict = Verdict::kRequest;
   validated.request = *request;

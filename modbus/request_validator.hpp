@@ -41,6 +41,7 @@ enum class Verdict : std::uint8_t {
 struct RequestRules {
   bool read_only = false;                       ///< functions that write get exception 1
   std::span<const std::uint8_t> unit_ids = {};  ///< others get exception 11; empty = any unit id
+  const AddressSpace* addresses = nullptr;      ///< of the device; null = the conveyor's PLC
 };
 
 struct ValidatedRequest {

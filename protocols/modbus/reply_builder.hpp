@@ -4,7 +4,7 @@
 #include <memory>
 #include <span>
 
-#include "modbus/conveyor_registers.hpp"
+#include "modbus/register_view.hpp"
 #include "world/base/result.hpp"
 
 namespace aprsim::modbus_server {
@@ -22,10 +22,10 @@ class ReplyBuilder {
   ~ReplyBuilder();
 
   /// The whole reply (ADU) to a request with the verdict kRequest of validate_request(). Reads
-  /// return the image; writes return their echo and change nothing. Empty if libmodbus did not
-  /// produce a reply to this very request. Valid until the next call.
+  /// return the memory; writes return their echo and change nothing. Empty if the memory lacks an
+  /// address, or libmodbus did not produce a reply to this very request. Valid until the next call.
   [[nodiscard]] std::span<const std::uint8_t> build(std::span<const std::uint8_t> adu,
-                                                    const modbus::RegisterImage& image);
+                                                    const modbus::RegisterView& memory);
 
  private:
   struct Impl;

@@ -82,10 +82,26 @@ TEST(ReplyBuilder, LongestReadsAreWhole) {
 
 TEST(ReplyBuilder, GivesNoReplyToOtherBytes) {
   ReplyBuilder builder = ReplyBuilder::create().value();
-  EXPECT_TRUE(builder.build({}, {}).empty());
-  EXPECT_TRUE(builder.build(Bytes(7, 0), {}).empty());
-  EXPECT_TRUE(builder.build(Bytes(300, 0), {}).empty());
-  EXPECT_FALSE(builder.build(adu(pdu(3, {0x8000, 1})), {}).empty()) << "and does no lasting harm";
+  const modbus::RegisterImage image;
+  EXPECT_TRUE(builder.build({}, image).empty());
+  EXPECT_TRUE(builder.build(Bytes(7, 0), image).empty());
+  EXPECT_TRUE(builder.build(Bytes(300, 0), image).empty());
+  EXPECT_FALSE(builder.build(adu(pdu(3, {0x8000, 1})), image).empty())
+      << "and does no lasting harm";
+}
+
+TEST(ReplyBuilder, GivesNoReplyForAddressesThatTheMemoryLacks) {
+  ReplyBuilder builder = ReplyBuilder::create().value();
+  const std::vector<std::uint16_t> words = {7, 8, 9};
+  modbus::RegisterView memory;
+  memory.first = 0xFFFD;
+  memory.holding = words;
+  const auto reply = builder.build(adu(pdu(3, {0xFFFE, 2})), memory);
+  EXPECT_EQ(Bytes(reply.begin(), reply.end()), adu({3, 4, 0, 8, 0, 9}));
+  for (const Bytes& request : {pdu(3, {0xFFFC, 1}), pdu(3, {0xFFFE, 3}), pdu(3, {0, 1}),
+                               pdu(4, {0xFFFD, 1}), pdu(1, {0xFFFD, 1}), pdu(2, {0xFFFD, 1})}) {
+    EXPECT_TRUE(builder.build(adu(request), memory).empty());
+  }
 }
 
 TEST(ReplyBuilder, WorksOnDescriptorsBeyondSelectsReach) {
