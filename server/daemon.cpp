@@ -30,6 +30,7 @@
 #include "server/journal/journal.hpp"
 #include "server/journal/run_header.hpp"
 #include "server/journal/state_files.hpp"
+#include "server/listeners/modbus_listeners.hpp"
 #include "server/listeners/server_options.hpp"
 #include "server/operations/cell_log.hpp"
 #include "server/operations/memory_guard.hpp"
@@ -86,6 +87,10 @@ std::unique_ptr<journal::Journal> make_journal(const Config& config, const Memor
     add(kFirstCrclEndpoint + number, "crcl." + scene.robots[i].name);
     if (!scene.robots[i].simple_message) continue;
     add(kFirstSimpleMessageEndpoint + number, "simple_message." + scene.robots[i].name);
+  }
+  for (std::size_t i = 0; i < scene.modbus_servers.size(); ++i) {
+    add(kFirstMapEndpoint + static_cast<api::EndpointId>(i),
+        "modbus." + scene.modbus_servers[i].name);
   }
   journal::JournalOptions options;
   options.place = config.journal.place.value_or("");
@@ -179,6 +184,11 @@ class Daemon::Impl {
                  }),
         modbus_(with_tap(modbus_options(context(config)), config, modbus_tap_), simulation_,
                 simulation_),
+        modbus_maps_(simulation_, simulation_,
+                     [this, config](std::size_t place, const std::string& name) {
+                       return with_tap(map_options(context(config), place, name), config,
+                                       modbus_tap_);
+                     }),
         telemetry_(grpc_options(config), simulation_, simulation_),
         programs_(config, demo, security_.program_token) {
     crcl_tap_.audit_to(security_.audit.get());
@@ -217,6 +227,11 @@ class Daemon::Impl {
     auto modbus = modbus_.start();
     if (!modbus) return not_listening("modbus", "modbus.port", modbus.error());
     ports["modbus"] = *modbus;
+    if (auto listening = modbus_maps_.start(); !listening) {
+      const std::string name = listening.error().field;
+      return not_listening("modbus." + name, "modbus.ports." + name, listening.error());
+    }
+    for (const auto& [name, port] : modbus_maps_.ports()) ports["modbus." + name] = port;
     auto grpc = telemetry_.start();
     if (!grpc) return not_listening("grpc", "grpc.port", grpc.error());
     ports["grpc"] = *grpc;
@@ -235,8 +250,11 @@ class Daemon::Impl {
 
   [[nodiscard]] Ports ports() const {
     Ports ports = all_ports_;
-    std::erase_if(ports, [](const auto& entry) { return entry.first.starts_with("camera."); });
+    std::erase_if(ports, [](const auto& entry) {
+      return entry.first.starts_with("camera.") || entry.first.starts_with("modbus.");
+    });
     for (const auto& [name, port] : cameras_.ports()) ports["camera." + name] = port;
+    for (const auto& [name, port] : modbus_maps_.ports()) ports["modbus." + name] = port;
     return ports;
   }
 
@@ -267,6 +285,7 @@ class Daemon::Impl {
       }
       ending.emplace_back([this] { cameras_.stop(); });
       ending.emplace_back([this] { modbus_.stop(); });
+      ending.emplace_back([this] { modbus_maps_.stop(); });
       ending.emplace_back([this] { telemetry_.stop(); });
     }
     studio_.stop();
@@ -297,7 +316,7 @@ class Daemon::Impl {
   }
 
   /// Logs events of the cell, since the simulation's own thread never writes there, keeps the
-  /// limit of memory, and lets the cameras' listeners follow the scene.
+  /// limit of memory, and lets the listeners of cameras and Modbus servers follow the scene.
   void log_cell(const std::stop_token& stop) {
     CellLog cell_log;
     std::mutex mutex;
@@ -315,6 +334,7 @@ class Daemon::Impl {
       const bool ended = stop.stop_requested();
       memory.check(MemoryGuard::Clock::now());
       cameras_.update();
+      modbus_maps_.update();
       for (const CellLogLine& line : cell_log.detect(*simulation_.latest())) {
         spdlog::log(line.error ? spdlog::level::err : spdlog::level::warn, "cell: {}", line.text);
       }
@@ -419,6 +439,9 @@ class Daemon::Impl {
     }
     for (const auto& [name, stats] : cameras_.stats()) sources.cameras.emplace_back(name, stats);
     sources.modbus = modbus_.stats();
+    for (const auto& [name, stats] : modbus_maps_.stats()) {
+      sources.modbus_maps.emplace_back(name, stats);
+    }
     if (journal_) sources.journal = journal_->stats();
     sources.grpc = telemetry_.stats();
     sources.web = web_->stats();
@@ -465,6 +488,12 @@ class Daemon::Impl {
           {"camera." + name, port == ports.end() ? std::uint16_t{0} : port->second, stats.open});
     }
     add("modbus", modbus_.stats().open);
+    const auto maps = modbus_maps_.ports();
+    for (const auto& [name, stats] : modbus_maps_.stats()) {
+      const auto port = maps.find(name);
+      all.push_back(
+          {"modbus." + name, port == maps.end() ? std::uint16_t{0} : port->second, stats.open});
+    }
     add("grpc", telemetry_.stats().open);
     add("web", web_->open());
     return all;
@@ -489,6 +518,7 @@ class Daemon::Impl {
   const std::map<std::string, Endpoint> camera_endpoints_;
   CameraListeners cameras_;
   modbus_server::ModbusServer modbus_;
+  ModbusListeners modbus_maps_;
   grpc_server::TelemetryServer telemetry_;
   Ports ports_;      // of the other listeners, for the page
   Ports all_ports_;  // of all at the start
@@ -516,15 +546,17 @@ void Daemon::reload() { impl_->reload(); }
 bool Daemon::makes_progress() const { return impl_->makes_progress(); }
 std::string Daemon::problem() const { return impl_->problem(); }
 
-std::uint64_t needed_files(const Config& config, std::size_t robots) {
-  const std::uint64_t connections = (config.crcl.max_connections + config.vision.max_connections +
-                                     kPortsOfRobot * config.simple_message.max_connections) *
-                                        robots +
-                                    config.cameras.max_connections * scene::kMaxCameras +
-                                    config.modbus.max_connections +
-                                    // Each has a socket pair in addition.
-                                    std::uint64_t{2} * config.grpc.max_connections +
-                                    (config.web.enabled ? config.web.max_connections : 0);
+std::uint64_t needed_files(const Config& config, const scene::Scene& scene) {
+  const std::size_t robots = scene.robots.size();
+  const std::uint64_t connections =
+      (config.crcl.max_connections + config.vision.max_connections +
+       kPortsOfRobot * config.simple_message.max_connections) *
+          robots +
+      config.cameras.max_connections * scene::kMaxCameras +
+      config.modbus.max_connections * (1 + scene.modbus_servers.size()) +
+      // Each has a socket pair in addition.
+      std::uint64_t{2} * config.grpc.max_connections +
+      (config.web.enabled ? config.web.max_connections : 0);
   // Twice the limits, so that clients can never exhaust the descriptors.
   return 2 * connections + web::kMaxRejected + 64;
 }

@@ -50,7 +50,8 @@ class Daemon {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Maximum of open files under the configured connection limits, with a reserve.
-[[nodiscard]] std::uint64_t needed_files(const Config& config, std::size_t robots);
+/// Maximum of open files of a daemon of this scene under the configured connection limits, with a
+/// reserve.
+[[nodiscard]] std::uint64_t needed_files(const Config& config, const scene::Scene& scene);
 
 }  // namespace aprsim::server

@@ -131,7 +131,7 @@ int serve_until_signal(Served& daemon, const Invocation& invocation,
 int serve(const Invocation& invocation, std::shared_ptr<const scene::Scene> scene) {
   share_memory_pools();
   block_signals();
-  if (auto ok = raise_file_limit(needed_files(invocation.config, scene->robots.size())); !ok) {
+  if (auto ok = raise_file_limit(needed_files(invocation.config, *scene)); !ok) {
     return refuse(ok.error().message);
   }
   const Logging logging(invocation.config.log_level);
@@ -153,7 +153,7 @@ std::optional<modbus::ConveyorScaling> recorded_scaling(const v1::JournalHeader&
 int serve_replay(const Invocation& invocation, const journal::RecordedRun& run,
                  const journal::ReplayPart& part) {
   block_signals();
-  if (auto ok = raise_file_limit(needed_files(invocation.config, 0)); !ok) {
+  if (auto ok = raise_file_limit(needed_files(invocation.config, {})); !ok) {
     return refuse(ok.error().message);
   }
   const Logging logging(invocation.config.log_level);

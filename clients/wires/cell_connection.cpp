@@ -396,6 +396,17 @@ Outcome<v1::ImportStateResponse> CellConnection::import_state(const std::string&
   return response;
 }
 
+Outcome<v1::Receipt> CellConnection::set_signal(const std::string& device,
+                                                const std::string& signal, double value) {
+  v1::SetSignalsRequest request;
+  v1::SignalSetting& setting = *request.add_settings();
+  setting.set_device(device);
+  setting.set_signal(signal);
+  setting.set_value(value);
+  return receipt(
+      stubs_->call(stubs_->control, &v1::ControlService::Stub::SetSignals, request, address_));
+}
+
 Outcome<v1::SetIntruderResponse> CellConnection::set_intruder(
     const std::optional<v1::Intruder>& intruder) {
   v1::SetIntruderRequest request;

@@ -94,6 +94,9 @@ class CellConnection {
   [[nodiscard]] Outcome<v1::ImportStateResponse> import_state(const std::string& name,
                                                               const std::string& bytes);
 
+  /// Sets an input of a device.
+  [[nodiscard]] Outcome<v1::Receipt> set_signal(const std::string& device,
+                                                const std::string& signal, double value);
   /// Puts a person before the light curtain; absent = removes it. The light curtain's state at that
   /// step comes with the answer.
   [[nodiscard]] Outcome<v1::SetIntruderResponse> set_intruder(

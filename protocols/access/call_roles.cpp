@@ -39,6 +39,7 @@ constexpr std::array kRoles{
     CallRole{"aprsim.v1.ControlService/RunUntil", Role::kOperate},
     CallRole{"aprsim.v1.ControlService/SetSpeed", Role::kOperate},
     CallRole{"aprsim.v1.ControlService/SetConveyor", Role::kOperate},
+    CallRole{"aprsim.v1.ControlService/SetSignals", Role::kOperate},
     CallRole{"aprsim.v1.ControlService/SetPlanning", Role::kOperate},
     CallRole{"aprsim.v1.ControlService/PreviewMove", Role::kOperate},
     CallRole{"aprsim.crcl.v1.RobotService/Connect", Role::kOperate},

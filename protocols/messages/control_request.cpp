@@ -243,6 +243,11 @@ Result<CommandBody> command_of(const v1::SetSceneValueRequest& request,
   return api::SceneCommand(plain<api::SetSceneValue>(request));
 }
 
+Result<CommandBody> command_of(const v1::SetSignalsRequest& request,
+                               const api::Snapshot& /*snapshot*/) {
+  return plain<api::SetSignals>(request);
+}
+
 Result<CommandBody> command_of(const v1::EndFaultRequest& request,
                                const api::Snapshot& /*snapshot*/) {
   return api::FaultCommand(api::EndFault{request.id()});

@@ -55,6 +55,8 @@ using CommandBody = decltype(api::Command::body);
                                              const api::Snapshot& snapshot);
 [[nodiscard]] Result<CommandBody> command_of(const v1::SetConveyorRequest& request,
                                              const api::Snapshot& snapshot);
+[[nodiscard]] Result<CommandBody> command_of(const v1::SetSignalsRequest& request,
+                                             const api::Snapshot& snapshot);
 [[nodiscard]] Result<CommandBody> command_of(const v1::SetPlanningRequest& request,
                                              const api::Snapshot& snapshot);
 [[nodiscard]] Result<CommandBody> command_of(const v1::SetIntruderRequest& request,

@@ -53,6 +53,14 @@ struct EnumMatch<api::CellEventKind>
 };
 
 template <>
+struct EnumMatch<api::RegisterArea>
+    : SameOrder<api::RegisterArea::kHoldingRegister, v1::RegisterArea_MAX> {};
+template <>
+struct EnumMatch<api::RegisterEncoding>
+    : SameOrder<api::RegisterEncoding::kFloat32, v1::RegisterEncoding_MAX> {};
+template <>
+struct EnumMatch<api::WordOrder> : SameOrder<api::WordOrder::kLowFirst, v1::WordOrder_MAX> {};
+template <>
 struct EnumMatch<api::BodyKind> : SameOrder<api::BodyKind::kPart, v1::BodyKind_MAX> {};
 template <>
 struct EnumMatch<api::CurtainReaction>

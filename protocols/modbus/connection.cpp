@@ -117,7 +117,7 @@ bool Connection::may_process_request() const {
 }
 
 bool Connection::is_stop(const modbus::ValidatedRequest& validated) const {
-  return validated.verdict == Verdict::kRequest && context_.device.is_stop(validated.request);
+  return validated.verdict == Verdict::kRequest && context_.bank.is_stop(validated.request);
 }
 
 // Follows the peer's end as soon as the system knows of it: requests before it may be unread. A
@@ -172,6 +172,7 @@ bool Connection::close_if_finished() {
 }
 
 bool Connection::process_request() {
+  context_.bank.follow_scene();
   const modbus::ValidatedRequest validated = reader_.next();
   if (validated.verdict == Verdict::kIncomplete) {
     if (!reader_.rest().empty()) deadlines_.begin_request();
@@ -217,9 +218,9 @@ void Connection::take(const modbus::ValidatedRequest& validated) {
 }
 
 void Connection::join_time() {
-  constexpr const char* kRole = "modbus";
-  if (pacer_.joined() || !pacer_.is_registered(kRole)) return;
-  pacer_.join({kRole, api::PacerKind::kClient, context_.options.listener.endpoint});
+  const std::string role = listener_name(context_.options);
+  if (pacer_.joined() || !pacer_.is_registered(role)) return;
+  pacer_.join({role, api::PacerKind::kClient, context_.options.listener.endpoint});
 }
 
 void Connection::take_time(const modbus::ValidatedRequest& validated) {
@@ -247,7 +248,7 @@ void Connection::take_time(const modbus::ValidatedRequest& validated) {
 
 // A paused cell resumes the client before it has applied the write.
 void Connection::finish_write_in_time() {
-  context_.device.refresh();
+  context_.bank.refresh();
   if (poll_applied(Clock::now())) context_.await_applied(shared_from_this());
 }
 

@@ -17,8 +17,8 @@ std::string_view text_of(std::span<const std::uint8_t> bytes) {
 ConnectionRecord::ConnectionRecord(ListenerContext& context, std::string peer)
     : context_(context),
       peer_(std::move(peer)),
-      trace_(context.options.listener.trace, context.source, protocols::WireKind::kModbus, "modbus",
-             peer_) {}
+      trace_(context.options.listener.trace, context.source, protocols::WireKind::kModbus,
+             listener_name(context.options), peer_) {}
 
 void ConnectionRecord::received(std::span<const std::uint8_t> adu, std::string_view fault) {
   trace_.received(text_of(adu), fault);
@@ -51,6 +51,7 @@ void ConnectionRecord::tap(bool from_client, std::span<const std::uint8_t> adu) 
   protocols::WireEvent event = wire_event(adu);
   if (event.poll && !tap->wants_polls()) return;
   const std::chrono::duration<double> since = Clock::now() - received_at_;
+  event.source = listener_name(context_.options);
   event.peer = peer_;
   event.from_client = from_client;
   event.time = std::chrono::system_clock::now();

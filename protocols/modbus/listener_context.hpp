@@ -8,7 +8,7 @@
 #include <boost/asio/io_context.hpp>
 
 #include "modbus/request_validator.hpp"
-#include "protocols/conveyor/conveyor_device.hpp"
+#include "protocols/modbus/banks/register_bank.hpp"
 #include "protocols/modbus/modbus_server.hpp"
 #include "protocols/modbus/reply_builder.hpp"
 #include "protocols/net/limited_log.hpp"
@@ -27,7 +27,7 @@ struct Counters {
 struct ListenerContext {
   boost::asio::io_context& io;
   const ModbusServerOptions& options;
-  conveyor::ConveyorDevice& device;
+  RegisterBank& bank;
   ReplyBuilder& replies;
   protocols::LimitedLog& log;
   Counters& counters;

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "protocols/modbus/banks/conveyor_bank.hpp"
+#include "protocols/modbus/banks/map_bank.hpp"
 #include "protocols/modbus/connection.hpp"
 #include "protocols/net/tcp_service.hpp"
 #include "protocols/ports/wire_faults.hpp"
@@ -17,13 +19,18 @@ constexpr std::chrono::milliseconds kFaultPeriod{10};
 
 }  // namespace
 
+std::string listener_name(const ModbusServerOptions& options) {
+  return options.map.empty() ? "modbus" : "modbus." + options.map;
+}
+
 class ModbusServer::Impl {
  public:
   Impl(ModbusServerOptions options, api::CommandSink& sink, const api::SnapshotSource& source)
       : options_(std::move(options)),
         sink_(sink),
         source_(source),
-        service_("modbus", options_.listener,
+        log_(listener_name(options_)),
+        service_(listener_name(options_), options_.listener,
                  [this](protocols::TcpListener::Socket socket, std::string peer,
                         protocols::TcpListener::Slot slot) {
                    return std::make_shared<Connection>(std::move(socket), std::move(peer),
@@ -38,6 +45,7 @@ class ModbusServer::Impl {
   [[nodiscard]] ModbusServerStats stats() const;
 
  private:
+  [[nodiscard]] std::unique_ptr<RegisterBank> make_bank();
   void await_applied(std::shared_ptr<Connection> connection);
   void poll_applied();
   void end(Connection& connection);
@@ -49,11 +57,11 @@ class ModbusServer::Impl {
   Counters counters_;
 
   // The following belongs to the listener's thread while it runs.
-  protocols::LimitedLog log_{"modbus"};
+  protocols::LimitedLog log_;
   protocols::TcpService<Connection> service_;
   boost::asio::steady_timer apply_timer_{service_.io()}, fault_timer_{service_.io()};
   bool closed_ = false;  // the port, by an injected fault
-  std::unique_ptr<conveyor::ConveyorDevice> device_;
+  std::unique_ptr<RegisterBank> bank_;
   std::unique_ptr<ReplyBuilder> replies_;
   std::unique_ptr<ListenerContext> context_;
   std::vector<std::shared_ptr<Connection>> waiting_;
@@ -69,17 +77,24 @@ Result<std::uint16_t> ModbusServer::Impl::start() {
   const auto port = service_.listen();
   if (!port) return port;
   replies_ = std::make_unique<ReplyBuilder>(std::move(*replies));
-  device_ = std::make_unique<conveyor::ConveyorDevice>(
-      options_.scaling, options_.listener.endpoint, sink_, source_,
-      std::chrono::duration<double>(options_.watchdog).count());
-  context_ = std::make_unique<ListenerContext>(
-      ListenerContext{service_.io(), options_, *device_, *replies_, log_, counters_,
-                      modbus::RequestRules{options_.read_only, options_.unit_ids}, source_,
-                      [this](std::shared_ptr<Connection> c) { await_applied(std::move(c)); },
-                      [this](Connection& c) { end(c); }});
+  bank_ = make_bank();
+  context_ = std::make_unique<ListenerContext>(ListenerContext{
+      service_.io(), options_, *bank_, *replies_, log_, counters_,
+      modbus::RequestRules{options_.read_only, options_.unit_ids, bank_->addresses()}, source_,
+      [this](std::shared_ptr<Connection> c) { await_applied(std::move(c)); },
+      [this](Connection& c) { end(c); }});
   watch_faults();
   service_.start();
   return *port;
+}
+
+std::unique_ptr<RegisterBank> ModbusServer::Impl::make_bank() {
+  const api::EndpointId endpoint = options_.listener.endpoint;
+  if (!options_.map.empty()) {
+    return std::make_unique<MapBank>(options_.map, endpoint, sink_, source_);
+  }
+  return std::make_unique<ConveyorBank>(options_.scaling, endpoint, sink_, source_,
+                                        std::chrono::duration<double>(options_.watchdog).count());
 }
 
 void ModbusServer::Impl::watch_faults() {
@@ -105,7 +120,7 @@ void ModbusServer::Impl::await_applied(std::shared_ptr<Connection> connection) {
 }
 
 void ModbusServer::Impl::poll_applied() {
-  device_->refresh();
+  bank_->refresh();
   // Connections that begin to wait meanwhile join the new list.
   for (auto& connection : std::exchange(waiting_, {})) {
     if (connection->poll_applied(Connection::Clock::now())) await_applied(std::move(connection));

@@ -14,11 +14,13 @@
 #include "world/base/duration_histogram.hpp"
 #include "world/base/result.hpp"
 
-/// The conveyor's PLC as a Modbus/TCP server.
+/// The conveyor's PLC, and the servers that a scene describes, over Modbus/TCP.
 namespace aprsim::modbus_server {
 
 /// In virtual time each request takes its poll period where "modbus" is declared to pace.
 struct ModbusServerOptions {
+  std::string map = {};  ///< name of a server of the scene; empty = the conveyor's PLC
+
   protocols::ListenerOptions listener{.port = 1502, .limits = {.at_once = 128}};
   std::vector<std::uint8_t> unit_ids;  ///< others get exception 11; none = any unit id is ours
   bool read_only = false;              ///< functions that write get exception 1
@@ -43,6 +45,9 @@ struct ModbusServerOptions {
   protocols::WireTap* tap = nullptr;  ///< sees the messages; outlives the server
 };
 
+/// Name of the listener in logs, records and the ports file: "modbus", or "modbus.NAME".
+[[nodiscard]] std::string listener_name(const ModbusServerOptions& options);
+
 struct ModbusServerStats {
   std::uint64_t accepted = 0;    ///< connections taken
   std::uint64_t refused = 0;     ///< connections closed at once: over the limit, not allowed
@@ -62,7 +67,8 @@ struct ModbusServerStats {
 /// client that closes has at most one turn of its unread writes executed. Exceptions beyond the
 /// protocol's own checks: 3 value outside its register's range; 4 no conveyor, or the write was not
 /// confirmed within `apply_deadline` (it may still take effect); 6 the simulation accepts no
-/// commands now, or the request rate is exceeded: nothing was changed.
+/// commands now, or the request rate is exceeded: nothing was changed. A server of the scene has
+/// its own addresses, and its exceptions are those of MapBank.
 class ModbusServer {
  public:
   /// Keeps references to both; they must outlive the server.

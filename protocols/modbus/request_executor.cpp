@@ -19,14 +19,14 @@ std::optional<RequestExecutor::Reply> RequestExecutor::execute(
   if (validated.verdict == Verdict::kIdentification) {
     return modbus::identification_reply(validated.adu, validated.identification);
   }
-  context_.device.refresh();
+  context_.bank.refresh();
   return validated.request.is_write() ? write(validated) : answer(validated.adu);
 }
 
 std::optional<RequestExecutor::Reply> RequestExecutor::write(
     const modbus::ValidatedRequest& validated) {
-  const bool stop = context_.device.is_stop(validated.request);
-  const auto ticket = context_.device.write(validated.request);
+  const bool stop = context_.bank.is_stop(validated.request);
+  const auto ticket = context_.bank.write(validated.request);
   if (!ticket) return refuse(validated.adu, ticket.error());
   if (*ticket == 0) return answer(validated.adu);
   const auto patience = stop ? context_.options.stop_deadline : context_.options.apply_deadline;
@@ -38,11 +38,11 @@ std::optional<RequestExecutor::Reply> RequestExecutor::write(
 
 std::optional<RequestExecutor::Reply> RequestExecutor::poll(Clock::time_point now) {
   if (!waiting_) return std::nullopt;
-  const bool applied = context_.device.applied(waiting_->ticket);
+  const bool applied = context_.bank.applied(waiting_->ticket);
   if (!applied && now < waiting_->deadline) return std::nullopt;
   const auto [ticket, since, deadline, adu, stop] = *std::exchange(waiting_, std::nullopt);
   // A stop that is queued takes effect before any later step.
-  if (!applied && stop) context_.device.show(ticket);
+  if (!applied && stop) context_.bank.show(ticket);
   if (applied || stop) return answer(adu);
   context_.log.warn(
       peer_ + ": the simulation did not confirm a write within " +
@@ -58,7 +58,7 @@ void RequestExecutor::hurry() {
 }
 
 RequestExecutor::Reply RequestExecutor::answer(std::span<const std::uint8_t> adu) {
-  const auto built = context_.replies.build(adu, context_.device.image());
+  const auto built = context_.replies.build(adu, context_.bank.memory());
   if (!built.empty()) return {built.begin(), built.end()};
   context_.log.warn(peer_ + ": no reply could be encoded");
   return refuse(adu, ExceptionCode::kServerDeviceFailure);

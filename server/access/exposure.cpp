@@ -89,6 +89,12 @@ Listener listener_of(const std::string& name, const Config& config) {
         config.simple_message.address,
         by_address(config.simple_message.allow, "simple_message.allow", "may command the robot")};
   }
+  if (name.starts_with("modbus.")) {
+    return {config.modbus.address,
+            by_address(config.modbus.allow, "modbus.allow",
+                       config.modbus.read_only ? "may view, nobody may command"
+                                               : "may command belt and devices")};
+  }
   if (name == "modbus") {
     return {config.modbus.address,
             by_address(

@@ -34,6 +34,10 @@ class KeyNames {
     all_.push_back(name);
   }
   template <typename... Rest>
+  void by_server(std::string_view name, const Rest&... /*rest*/) {
+    all_.push_back(name);
+  }
+  template <typename... Rest>
   void section(std::string_view name, const Rest&... /*rest*/) {
     all_.push_back(name);
   }
@@ -67,6 +71,11 @@ class Reader {
   }
   template <typename T, typename Type>
   void by_camera(std::string_view name, std::map<std::string, T>& values, const Type& type,
+                 const char* meaning) {
+    by_robot(name, values, type, meaning);
+  }
+  template <typename T, typename Type>
+  void by_server(std::string_view name, std::map<std::string, T>& values, const Type& type,
                  const char* meaning) {
     by_robot(name, values, type, meaning);
   }
@@ -109,6 +118,11 @@ class Writer {
   }
   template <typename T, typename Type>
   void by_camera(std::string_view name, const std::map<std::string, T>& values, const Type& type,
+                 const char* meaning) {
+    by_robot(name, values, type, meaning);
+  }
+  template <typename T, typename Type>
+  void by_server(std::string_view name, const std::map<std::string, T>& values, const Type& type,
                  const char* meaning) {
     by_robot(name, values, type, meaning);
   }
@@ -168,6 +182,11 @@ class KeyList {
                  const Type& type, const char* meaning) {
     entry(name, ".CAMERA", type.text(), meaning);
   }
+  template <typename T, typename Type>
+  void by_server(std::string_view name, const std::map<std::string, T>& /*values*/,
+                 const Type& type, const char* meaning) {
+    entry(name, ".SERVER", type.text(), meaning);
+  }
   template <typename Section>
   void section(std::string_view name, Section& section, const char* /*meaning*/) {
     prefix_ = std::string(name) + '.';
@@ -201,6 +220,9 @@ class SomeKeys {
   template <typename T, typename Type>
   void by_camera(std::string_view /*name*/, T& /*values*/, const Type& /*type*/,
                  const char* /*meaning*/) {}
+  template <typename T, typename Type>
+  void by_server(std::string_view /*name*/, T& /*values*/, const Type& /*type*/,
+                 const char* /*meaning*/) {}
   void require(bool /*truth*/, const char* /*expected*/) {}
 };
 
@@ -223,6 +245,10 @@ class FreePorts : public SomeKeys {
   void by_camera(std::string_view /*name*/, std::map<std::string, Endpoint>& endpoints,
                  const EndpointText& /*type*/, const char* /*meaning*/) {
     for (auto& [camera, endpoint] : endpoints) endpoint.port = 0;
+  }
+  void by_server(std::string_view /*name*/, std::map<std::string, std::uint16_t>& ports,
+                 const Port& /*type*/, const char* /*meaning*/) {
+    for (auto& [server, port] : ports) port = 0;
   }
   template <typename Section>
   void section(std::string_view /*name*/, Section& section, const char* /*meaning*/) {

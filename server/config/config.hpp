@@ -62,6 +62,7 @@ struct CrclConfig {
 struct ModbusConfig {
   std::string address = "localhost";
   std::uint16_t port = 1502;
+  std::map<std::string, std::uint16_t> ports;  ///< of the servers that a scene describes, by name
   std::uint32_t max_connections = 128;
   bool forward_is_one = true;
   double full_scale_m_s = 0.32768;

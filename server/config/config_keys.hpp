@@ -70,9 +70,11 @@ void visit(Archive& keys, CrclConfig& crcl) {
 template <typename Archive>
 void visit(Archive& keys, ModbusConfig& modbus) {
   keys.key("address", modbus.address, Address{}, "address to listen on");
-  keys.key("port", modbus.port, Port{}, "port to listen on");
+  keys.key("port", modbus.port, Port{}, "port of the conveyor's PLC");
+  keys.by_server("ports", modbus.ports, Port{},
+                 "port of a server of the scene; a free port when absent");
   keys.key("max_connections", modbus.max_connections, kConnections,
-           "limit of simultaneous connections");
+           "limit of simultaneous connections to each server");
   keys.key("forward_is_one", modbus.forward_is_one, Flag{},
            "whether 1 in register 0x8001 means forward");
   keys.key("full_scale_m_s", modbus.full_scale_m_s, Number{yaml::kPositive},
@@ -273,7 +275,8 @@ void visit(Archive& keys, Config& config) {
   keys.section("access", config.access, "access over gRPC and on the page");
   keys.section("tls", config.tls, "encryption of gRPC and the page");
   keys.section("crcl", config.crcl, "CRCL, one listener per robot");
-  keys.section("modbus", config.modbus, "Modbus/TCP of the conveyor");
+  keys.section("modbus", config.modbus,
+               "Modbus/TCP of the conveyor, and of the servers of the scene");
   keys.section("grpc", config.grpc, "telemetry and control over gRPC");
   keys.section("vision", config.vision,
                "detections of the overhead cameras, one listener per camera");

@@ -172,6 +172,7 @@ constexpr std::array kMethods = {
     Method{"Control/RemoveBody", perform<v1::RemoveBodyRequest, v1::RemoveBodyResponse>},
     Method{"Control/SetSceneValue", perform<v1::SetSceneValueRequest, v1::SetSceneValueResponse>},
     Method{"Control/SetConveyor", perform<v1::SetConveyorRequest, v1::SetConveyorResponse>},
+    Method{"Control/SetSignals", perform<v1::SetSignalsRequest, v1::SetSignalsResponse>},
     Method{"Control/SetPlanning", perform<v1::SetPlanningRequest, v1::SetPlanningResponse>},
     Method{"Control/PreviewMove", perform<v1::PreviewMoveRequest, v1::PreviewMoveResponse>},
     Method{"Control/SetIntruder", perform<v1::SetIntruderRequest, v1::SetIntruderResponse>},

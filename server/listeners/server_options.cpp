@@ -39,9 +39,9 @@ void configure(protocols::ListenerOptions& options, const ListenerContext& conte
   options.virtual_time = context.virtual_time;
 }
 
-/// 0, a free port, for a robot without a configured one.
-std::uint16_t port_of(const std::map<std::string, std::uint16_t>& ports, const std::string& robot) {
-  const auto port = ports.find(robot);
+/// 0, a free port, for a name without a configured one.
+std::uint16_t port_of(const std::map<std::string, std::uint16_t>& ports, const std::string& name) {
+  const auto port = ports.find(name);
   return port == ports.end() ? std::uint16_t{0} : port->second;
 }
 
@@ -152,6 +152,15 @@ modbus_server::ModbusServerOptions modbus_options(const ListenerContext& context
   options.write_timeout = options.partial_timeout;
   options.idle_timeout = milliseconds(config.idle_timeout_ms);
   options.watchdog = milliseconds(config.watchdog_ms);
+  return options;
+}
+
+modbus_server::ModbusServerOptions map_options(const ListenerContext& context, std::size_t place,
+                                               const std::string& name) {
+  modbus_server::ModbusServerOptions options = modbus_options(context);
+  options.map = name;
+  options.listener.port = port_of(context.config.modbus.ports, name);
+  options.listener.endpoint = kFirstMapEndpoint + static_cast<api::EndpointId>(place);
   return options;
 }
 

@@ -45,6 +45,10 @@ struct ListenerContext {
 [[nodiscard]] simple_message::SimpleMessageOptions simple_message_options(
     const ListenerContext& context, int index, const scene::Robot& robot);
 [[nodiscard]] modbus_server::ModbusServerOptions modbus_options(const ListenerContext& context);
+/// For the Modbus server with this name at this place in the scene.
+[[nodiscard]] modbus_server::ModbusServerOptions map_options(const ListenerContext& context,
+                                                             std::size_t place,
+                                                             const std::string& name);
 [[nodiscard]] grpc_server::TelemetryOptions telemetry_options(const ListenerContext& context);
 [[nodiscard]] web::WebServerOptions web_options(const ListenerContext& context,
                                                 const scene::Scene& scene);

@@ -203,6 +203,9 @@ void write_requests(MetricsText& out, const MetricsSources& sources) {
       out.sample(of_simple_message(stats), {{"wire", "simple_message." + robot}});
     }
     out.sample(of_modbus(sources.modbus), {{"wire", "modbus"}});
+    for (const auto& [name, stats] : sources.modbus_maps) {
+      out.sample(of_modbus(stats), {{"wire", "modbus." + name}});
+    }
     out.sample(of_grpc(sources.grpc), {{"wire", "grpc"}});
     out.sample(of_web(sources.web), {{"wire", "web"}});
   };
@@ -252,6 +255,9 @@ void write_answers(MetricsText& out, const MetricsSources& sources) {
     out.histogram(stats.answer_times, {{"wire", "simple_message." + robot}});
   }
   out.histogram(sources.modbus.answer_times, {{"wire", "modbus"}});
+  for (const auto& [name, stats] : sources.modbus_maps) {
+    out.histogram(stats.answer_times, {{"wire", "modbus." + name}});
+  }
   out.histogram(sources.grpc.answer_times, {{"wire", "grpc"}});
   out.histogram(sources.web.answer_times, {{"wire", "web"}});
 }

@@ -50,6 +50,7 @@ struct MetricsSources {
   std::vector<std::pair<std::string, camera_server::CameraServerStats>> cameras;  ///< by name
   std::vector<std::pair<std::string, simple_message::SimpleMessageStats>> simple_message;
   modbus_server::ModbusServerStats modbus;
+  std::vector<std::pair<std::string, modbus_server::ModbusServerStats>> modbus_maps;  ///< by name
   std::optional<journal::JournalStats> journal;  ///< where the run is recorded
   grpc_server::TelemetryStats grpc;
   web::WebServerStats web;

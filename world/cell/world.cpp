@@ -13,6 +13,7 @@
 #include "world/cell/fault_executor.hpp"
 #include "world/cell/machines/describe_robot.hpp"
 #include "world/cell/state_bytes.hpp"
+#include "world/devices/input_check.hpp"
 #include "world/physics/bodies/body_ids.hpp"
 #include "world/physics/bodies/physics_failure.hpp"
 
@@ -120,7 +121,8 @@ Result<void> World::apply_any(api::Ticket ticket, const api::Command& command) {
       [&](const auto& body) -> Result<void> {
         using Body = std::decay_t<decltype(body)>;
         if constexpr (std::is_same_v<Body, api::FaultCommand> ||
-                      std::is_same_v<Body, api::TrajectoryCommand>) {
+                      std::is_same_v<Body, api::TrajectoryCommand> ||
+                      std::is_same_v<Body, api::SetSignals>) {
           return apply(ticket, body);
         } else if constexpr (std::is_same_v<Body, api::SceneCommand>) {
           return fail(ErrorCode::kUnimplemented, "scene", "it takes another world: SceneEditor");
@@ -164,6 +166,13 @@ void World::apply(api::Ticket, const api::SetIntruder& command) {
   gather_intruders(lasting_effects().intruders);
   occluders_->gather(robots_, *physics_, intruders_);
   read_light_curtain();
+}
+
+Result<void> World::apply(api::Ticket, const api::SetSignals& command) {
+  if (auto ok = devices::check_settings(command, description_->devices); !ok) return ok;
+  standstill_.end();
+  for (const api::SignalSetting& setting : command.settings) devices_->set_input(setting);
+  return {};
 }
 
 Result<void> World::apply(api::Ticket ticket, const api::FaultCommand& command) {
@@ -534,6 +543,11 @@ void World::describe() {
   }
   cell->fixed = physics_->fixed_names();
   devices_->describe(cell->devices);
+  for (const scene::ModbusServer& server : scene_->modbus_servers) {
+    api::RegisterMap& map = cell->modbus_servers.emplace_back();
+    map.name = server.name;
+    for (const auto& mapped : server.registers) map.registers.push_back(mapped.data);
+  }
   description_ = std::move(cell);
 }
 

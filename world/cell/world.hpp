@@ -56,6 +56,8 @@ class World {
   [[nodiscard]] Result<void> apply(api::Ticket ticket, const api::TrajectoryCommand& command);
   void apply(api::Ticket ticket, const api::ConveyorCommand& command);
   void apply(api::Ticket ticket, const api::SetIntruder& command);
+  /// Sets all of them, or none. Errors: as of devices::check_settings().
+  [[nodiscard]] Result<void> apply(api::Ticket ticket, const api::SetSignals& command);
   /// Faults begin and end at the beginning of a step. Errors: too many faults, an unknown one.
   [[nodiscard]] Result<void> apply(api::Ticket ticket, const api::FaultCommand& command);
   /// Applies any of these. Commands to the simulation change nothing; for changes of the scene see

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "world/api/signals/register_check.hpp"
 #include "world/base/utf8.hpp"
 #include "world/devices/extension.hpp"
 #include "world/scene/data_paths.hpp"
@@ -53,6 +54,7 @@ DeviceGroup::DeviceGroup(const scene::Scene& scene, CellNames names, const std::
   if (scene.devices.empty()) return;
   const std::vector<std::string> directories = scene::default_data_paths().extensions;
   for (const scene::Device& device : scene.devices) make(device, directories, source);
+  check_registers(scene, source);
 }
 
 DeviceGroup::~DeviceGroup() = default;
@@ -82,6 +84,27 @@ void DeviceGroup::make(const scene::Device& device, std::span<const std::string>
   state_.push_back({.size = start.size(), .numbers = start, .fault = {}});
 }
 
+/// The scene's reader has checked all registers but those of devices.
+void DeviceGroup::check_registers(const scene::Scene& scene, const std::string& source) const {
+  api::SignalSources sources;
+  describe(sources.devices);
+  for (const scene::ModbusServer& server : scene.modbus_servers) {
+    for (const scene::PlacedRegister& mapped : server.registers) {
+      if (!api::is_device_signal(mapped.data.signal)) continue;
+      const auto signal = api::bind_signal(mapped.data.signal, sources);
+      const std::string place = source + ':' + mapped.place + ": ";
+      if (!signal) {
+        throw SetupError(place + "found \"" + mapped.data.signal + "\", expected " +
+                         signal.error().message);
+      }
+      const auto problem = api::check_binding(mapped.data, *signal);
+      if (!problem) continue;
+      throw SetupError(place + problem->key + ": found " + problem->found + ", expected " +
+                       problem->expected);
+    }
+  }
+}
+
 std::span<const Action> DeviceGroup::step(const device::Cell& cell) {
   actions_.clear();
   for (std::size_t i = 0; i < devices_.size(); ++i) {
@@ -102,6 +125,16 @@ std::span<const Action> DeviceGroup::step(const device::Cell& cell) {
   return actions_.all();
 }
 
+void DeviceGroup::set_input(const api::SignalSetting& setting) {
+  const auto device = std::ranges::find(devices_, setting.device, &Made::name);
+  if (device == devices_.end()) return;
+  const auto signal =
+      std::ranges::find(device->signals, setting.signal, &StateLayout::Signal::name);
+  if (signal == device->signals.end() || !signal->input) return;
+  const auto index = static_cast<std::size_t>(device - devices_.begin());
+  state_[index].numbers[signal->index] = setting.value;
+}
+
 void DeviceGroup::adopt(const DeviceGroup& old) {
   for (std::size_t i = 0; i < std::min(state_.size(), old.state_.size()); ++i) {
     if (state_[i].size == old.state_[i].size) state_[i] = old.state_[i];
@@ -114,7 +147,12 @@ void DeviceGroup::describe(std::vector<api::DeviceDescription>& out) const {
     auto& device = out.emplace_back();
     device.name = made.name;
     device.extension = made.extension;
-    for (const auto& signal : made.signals) device.signals.push_back(signal.name);
+    for (const auto& signal : made.signals) {
+      device.signals.push_back(signal.name);
+      if (!signal.input) continue;
+      device.inputs.push_back(
+          {signal.name, signal.input->min, signal.input->max, signal.input->unit});
+    }
   }
 }
 

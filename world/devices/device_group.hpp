@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "world/api/commands/signal_command.hpp"
 #include "world/api/description/cell_description.hpp"
 #include "world/api/snapshot/snapshot.hpp"
 #include "world/base/result.hpp"
@@ -35,6 +36,9 @@ class DeviceGroup {
   /// has failed, and its actions are dropped.
   std::span<const Action> step(const device::Cell& cell);
 
+  /// Sets an input, which check_settings() has found to be one, to a value in its range.
+  void set_input(const api::SignalSetting& setting);
+
   [[nodiscard]] const std::vector<DeviceState>& state() const { return state_; }
   /// `state` must have been read for a cell of the same scene.
   void set_state(const std::vector<DeviceState>& state) { state_ = state; }
@@ -52,6 +56,7 @@ class DeviceGroup {
   };
   void make(const scene::Device& device, std::span<const std::string> directories,
             const std::string& source);
+  void check_registers(const scene::Scene& scene, const std::string& source) const;
 
   CellNames names_;
   std::vector<Made> devices_;

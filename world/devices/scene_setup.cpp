@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "world/base/utf8.hpp"
 #include "world/devices/device_state.hpp"
 
 namespace aprsim::devices {
@@ -13,6 +14,7 @@ namespace {
 
 constexpr std::size_t kMaxShown = 60;  // of a value or name, in errors
 constexpr std::size_t kMaxSignalName = 64;
+constexpr std::size_t kMaxUnit = 16;
 
 std::optional<double> number_of(const std::string& text) {
   double value = 0;
@@ -162,7 +164,22 @@ std::size_t SceneSetup::signal(std::string_view name, double start) {
     throw error("the extension has more than " + std::to_string(kMaxSignals) + " signals");
   }
   const std::size_t index = memory(start);
-  layout_.signals.push_back({std::string(name), index});
+  layout_.signals.push_back({std::string(name), index, std::nullopt});
+  return index;
+}
+
+std::size_t SceneSetup::input(std::string_view name, double start, double min, double max,
+                              std::string_view unit) {
+  const std::size_t index = signal(name, start);
+  if (!(is_sound(min) && is_sound(max) && start >= min && start <= max)) {
+    throw error("input " + std::string(name) + " begins with " + text_of(start) +
+                ", which is not within its range of " + text_of(min) + " to " + text_of(max));
+  }
+  if (unit.size() > kMaxUnit || !utf8::is_valid(unit) || utf8::printable(unit) != unit) {
+    throw error("the unit of input " + std::string(name) + " is not a text of up to " +
+                std::to_string(kMaxUnit) + " bytes");
+  }
+  layout_.signals.back().input = StateLayout::Input{min, max, std::string(unit)};
   return index;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -20,9 +21,15 @@ class SetupError : public std::runtime_error {
 
 /// Names and first values of a device's state.
 struct StateLayout {
+  /// Values that clients may set a signal to.
+  struct Input {
+    double min = 0, max = 0;
+    std::string unit;
+  };
   struct Signal {
     std::string name;
     std::size_t index = 0;
+    std::optional<Input> input;  ///< absent = only the device sets it
   };
   std::vector<double> start;
   std::vector<Signal> signals;
@@ -47,6 +54,8 @@ class SceneSetup final : public device::Setup {
   std::size_t robot(std::string_view parameter) override;
   std::size_t photo_eye(std::string_view parameter) override;
   std::size_t signal(std::string_view name, double start) override;
+  std::size_t input(std::string_view name, double start, double min, double max,
+                    std::string_view unit) override;
   std::size_t memory(double start) override;
 
   /// Throws where the scene has a parameter that the device has not read.

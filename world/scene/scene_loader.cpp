@@ -79,11 +79,11 @@ void make_models_absolute(const FileScope& scope, Value& root) {
   });
 }
 
-constexpr std::array<std::string_view, 22> kSceneKeys = {
-    "base",       "seed",          "types",       "physics",  "pockets", "gear_types",
-    "tray_types", "part_types",    "robot_types", "tools",    "robots",  "cameras",
-    "conveyor",   "light_curtain", "fixed",       "fixtures", "holders", "floor",
-    "trays",      "gears",         "parts",       "devices"};
+constexpr std::array<std::string_view, 23> kSceneKeys = {
+    "base",       "seed",          "types",       "physics",  "pockets",       "gear_types",
+    "tray_types", "part_types",    "robot_types", "tools",    "robots",        "cameras",
+    "conveyor",   "light_curtain", "fixed",       "fixtures", "holders",       "floor",
+    "trays",      "gears",         "parts",       "devices",  "modbus_servers"};
 
 /// One load: the scene's file, the files of types that it names, and what they hold.
 class Loader {

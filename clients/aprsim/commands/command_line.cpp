@@ -82,6 +82,7 @@ void add_all(CLI::App& app, CommandLine& line) {
   add_demo(app, line);
   add_crcl(app, line);
   add_conveyor(app, line);
+  add_modbus(app, line);
   add_conform(app, line);
   add_simulation(app, line);
   add_states(app, line);
@@ -90,6 +91,7 @@ void add_all(CLI::App& app, CommandLine& line) {
   add_scene(app, line);
   add_camera(app, line);
   add_intruder(app, line);
+  add_device(app, line);
   add_fault(app, line);
   add_scenario(app, line);
   add_trace(app, line);

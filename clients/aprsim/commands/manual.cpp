@@ -43,11 +43,11 @@ constexpr std::array kJson{
           "states (list of name, step, sim_time_s, bytes), bytes and max_bytes: of all together."},
     Entry{"states delete", "done (states delete), name."},
     Entry{"incident", "done (incident), file, bytes."},
-    Entry{"pause, resume, step, run, speed, reset, save, load, intruder",
+    Entry{"pause, resume, step, run, speed, reset, save, load, intruder, device set",
           "done (the command), step, sim_time_s, epoch: when it took effect; save with --file also "
           "file and bytes; load also name; run also met (its condition holds); intruder also "
           "light_curtain (broken or clear), where "
-          "there is one."},
+          "there is one; device set also device, signal, value."},
     Entry{
         "replay",
         "run_id, scene, seed, cautions (list of why bits may differ), steps, commands, compared "
@@ -142,6 +142,9 @@ constexpr std::array kJson{
     Entry{"conveyor map",
           "area, address, name, values (so many, one after the other), writable, encoding, unit, "
           "unit_per_count, min, max (in counts), meaning: one object a register."},
+    Entry{"modbus map",
+          "server, area, address, signal, writable, encoding, word_order, scale, offset, unit, "
+          "meaning: one object a register."},
     Entry{"conform crcl, modbus",
           "clause, source, check, expected, seen, verdict (pass, fail, not checked): one object a "
           "rule; last host, port, passed, failed, not_checked, groups."},

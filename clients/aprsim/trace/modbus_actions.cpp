@@ -17,31 +17,29 @@
 namespace aprsim::trace {
 namespace {
 
+/// Listener of the conveyor's PLC; every other one serves a map of a scene.
+constexpr std::string_view kConveyorListener = "modbus";
+
 std::span<const std::uint8_t> bytes_of(const std::string& data) {
   return {reinterpret_cast<const std::uint8_t*>(data.data()), data.size()};
 }
 
 /// "speed", or "0x8002" where the map has no name for it.
-std::string register_name(modbus::Area area, unsigned address) {
+std::string register_name(modbus::Area area, unsigned address, bool conveyor) {
+  if (!conveyor) return fmt::format("0x{:04x}", address);
   const auto* info = modbus::find_register(area, static_cast<std::uint16_t>(address));
   if (info == nullptr || info->span() > 1) return fmt::format("0x{:04x}", address);
   return std::string(info->name);
 }
 
-modbus::Area area_of(const modbus::Request& request) {
-  switch (request.function) {
-    case modbus::Function::kReadCoils:
-    case modbus::Function::kWriteSingleCoil:
-    case modbus::Function::kWriteMultipleCoils:
-      return modbus::Area::kCoil;
-    case modbus::Function::kReadDiscreteInputs:
-      return modbus::Area::kDiscreteInput;
-    case modbus::Function::kReadInputRegisters:
-      return modbus::Area::kInputRegister;
-    default:
-      return modbus::Area::kHoldingRegister;
+/// The addresses of a server that a scene describes, whose map a trace does not have.
+class AnyAddress final : public modbus::AddressSpace {
+ public:
+  [[nodiscard]] bool has(modbus::Area /*area*/, std::uint16_t /*address*/, std::uint16_t /*count*/,
+                         bool /*write*/) const override {
+    return true;
   }
-}
+};
 
 std::string read_text(modbus::Area area, unsigned address, unsigned quantity) {
   static constexpr const char* kAreas[] = {"coils", "discrete inputs", "input registers",
@@ -50,24 +48,24 @@ std::string read_text(modbus::Area area, unsigned address, unsigned quantity) {
                      address + quantity - 1);
 }
 
-Action write_action(const modbus::Request& request) {
-  const modbus::Area area = area_of(request);
+Action write_action(const modbus::Request& request, bool conveyor) {
+  const modbus::Area area = modbus::area_of(request.function);
   Action action;
-  action.kind = "write " + register_name(area, request.address);
+  action.kind = "write " + register_name(area, request.address, conveyor);
   if (request.quantity > 1) {
-    action.kind += " to " + register_name(area, request.address + request.quantity - 1U);
+    action.kind += " to " + register_name(area, request.address + request.quantity - 1U, conveyor);
   }
   const auto add = [&](const std::string& name, double value) {
     action.fields.push_back({name, Number{Quantity::kCount, value}});
   };
   if (request.function == modbus::Function::kMaskWriteRegister) {
-    action.kind = "mask " + register_name(area, request.address);
+    action.kind = "mask " + register_name(area, request.address, conveyor);
     add("and-mask", request.word(0));
     add("or-mask", request.word(1));
     return action;
   }
   for (std::uint16_t i = 0; i < request.quantity; ++i) {
-    const std::string name = register_name(area, request.address + unsigned{i});
+    const std::string name = register_name(area, request.address + unsigned{i}, conveyor);
     add(name, request.is_coil_write() ? (request.bit(i) ? 1 : 0) : request.word(i));
   }
   return action;
@@ -131,7 +129,7 @@ class ModbusReader {
   }
 
   void request(const WireRecord& record, std::span<const std::uint8_t> adu) {
-    std::optional<Action> action = read(adu);
+    std::optional<Action> action = read(adu, record.wire.listener() == kConveyorListener);
     if (adu.size() > modbus::kHeaderSize) {
       const auto pdu = adu.subspan(modbus::kHeaderSize);
       open_[transaction_of(record, adu)].push_back(
@@ -143,8 +141,9 @@ class ModbusReader {
   }
 
   /// Counts a read; the action of any other request.
-  std::optional<Action> read(std::span<const std::uint8_t> adu) {
-    const auto validated = modbus::validate_request(adu);
+  std::optional<Action> read(std::span<const std::uint8_t> adu, bool conveyor) {
+    static const AnyAddress any;
+    const auto validated = modbus::validate_request(adu, {.addresses = conveyor ? nullptr : &any});
     if (validated.verdict == modbus::Verdict::kIdentification) {
       ++out_.polls;
       ++out_.reads["the device's identification"];
@@ -163,14 +162,14 @@ class ModbusReader {
     const modbus::Request& request = validated.request;
     if (!request.is_write()) {
       ++out_.polls;
-      ++out_.reads[read_text(area_of(request), request.address, request.quantity)];
+      ++out_.reads[read_text(modbus::area_of(request.function), request.address, request.quantity)];
       return std::nullopt;
     }
     if (request.function == modbus::Function::kReadWriteRegisters) {
       ++out_.reads[read_text(modbus::Area::kHoldingRegister, request.read_address,
                              request.read_quantity)];
     }
-    return write_action(request);
+    return write_action(request, conveyor);
   }
 
   /// Clients may use one transaction number for every request: the reply belongs to the oldest

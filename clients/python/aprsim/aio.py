@@ -653,6 +653,11 @@ class Cell(Channel):
             calls.set_conveyor(run, forward, speed_m_s, emergency_stop, fault_reset)
         )
 
+    async def set_signal(self, device: str, signal: str, value: float) -> Receipt:
+        """Set an input of a device that an extension makes. Raises AprsimError with the name, the value and
+        the range where the device does not take it."""
+        return await self._run(calls.set_signal(device, signal, value))
+
     async def scene_text(self) -> str:
         """The present scene as YAML. Bodies have their initial poses."""
         return await self._run(calls.get_scene())

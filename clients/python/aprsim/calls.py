@@ -397,6 +397,15 @@ def set_conveyor(
     return _control("SetConveyor", request, read)
 
 
+def set_signal(device: str, signal: str, value: float) -> Call[Receipt]:
+    setting = control.SignalSetting(
+        device=arguments.text("device", device),
+        signal=arguments.text("signal", signal),
+        value=arguments.number("value", value),
+    )
+    return _control("SetSignals", control.SetSignalsRequest(settings=[setting]), _receipt)
+
+
 def inject_fault(
     kind: str,
     target: str,

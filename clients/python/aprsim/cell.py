@@ -387,6 +387,11 @@ class Cell(Channel, Closing):
             calls.set_conveyor(run, forward, speed_m_s, emergency_stop, fault_reset)
         )
 
+    def set_signal(self, device: str, signal: str, value: float) -> Receipt:
+        """Set an input of a device that an extension makes. Raises AprsimError with the name, the value and
+        the range where the device does not take it."""
+        return self._run(calls.set_signal(device, signal, value))
+
     # -- the scene ----------------------------------------------------------------------------
 
     def scene_text(self) -> str:

@@ -363,6 +363,12 @@ grpc::ServerUnaryReactor* ControlService::SetConveyor(grpc::CallbackServerContex
   return command(context, *request, *response);
 }
 
+grpc::ServerUnaryReactor* ControlService::SetSignals(grpc::CallbackServerContext* context,
+                                                     const v1::SetSignalsRequest* request,
+                                                     v1::SetSignalsResponse* response) {
+  return command(context, *request, *response);
+}
+
 grpc::ServerUnaryReactor* ControlService::SetPlanning(grpc::CallbackServerContext* context,
                                                       const v1::SetPlanningRequest* request,
                                                       v1::SetPlanningResponse* response) {

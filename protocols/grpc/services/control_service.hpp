@@ -74,6 +74,9 @@ class ControlService final : public v1::ControlService::CallbackService {
   grpc::ServerUnaryReactor* SetConveyor(grpc::CallbackServerContext* context,
                                         const v1::SetConveyorRequest* request,
                                         v1::SetConveyorResponse* response) override;
+  grpc::ServerUnaryReactor* SetSignals(grpc::CallbackServerContext* context,
+                                       const v1::SetSignalsRequest* request,
+                                       v1::SetSignalsResponse* response) override;
   grpc::ServerUnaryReactor* SetPlanning(grpc::CallbackServerContext* context,
                                         const v1::SetPlanningRequest* request,
                                         v1::SetPlanningResponse* response) override;

@@ -1,5 +1,6 @@
 """Devices of extensions: the same bits in every program, replays, saved states and refusals."""
 
+import json
 import os
 import pathlib
 import subprocess
@@ -163,6 +164,49 @@ class DaemonTest(WithFiles):
             here = cell.step(400)
             self.assertEqual(here.state_hash, there.state_hash)
             self.assertEqual(here.device("scale").signals, there.device("scale").signals)
+
+    def test_inputs_are_set_by_every_client_and_replayed(self):
+        pusher = (
+            "{name: pusher, extension: pusher, parameters: {low_m: [-2, -1, 0.5], "
+            "high_m: [2, 1, 1.5], along: [1, 0, 0], max_force_n: 2}}"
+        )
+        journal = str(self.directory / "run.journal")
+        scene = self.scene(pusher)
+        with (
+            daemon("--journal", journal, scene=scene) as served,
+            Cell.connect(served.ports_file) as cell,
+        ):
+            described = cell.description.devices[0].inputs[0]
+            self.assertEqual((described.signal, described.max, described.unit), ("force_n", 2, "N"))
+            start = cell.step(100).bodies["small_gear_vessel_1"].position_m[0]
+            cell.set_signal("pusher", "force_n", 1.8)
+            self.assertEqual(cell.step(200).device("pusher").signals["pushed"], 1)
+            given = ["device", "set", "pusher", "force_n"]
+            ports = ["--ports-file", str(served.ports_file)]
+            done = aprsim(*given, "0.5", "--json", *ports)
+            self.assertEqual(json.loads(done.stdout)["value"], 0.5, done.stderr)
+            now = cell.step(100)
+            self.assertEqual(now.device("pusher").signals["force_n"], 0.5)
+            self.assertGreater(now.bodies["small_gear_vessel_1"].position_m[0], start + 1e-3)
+            for arguments, text in {
+                ("pusher", "force_n", 3): "force_n of pusher is 3 N, must be within 0 to 2 N",
+                ("pusher", "pushed", 1): "signal 'pushed' of pusher is set by the device only",
+                ("nobody", "on", 1): "no device is named 'nobody'; there are: pusher",
+            }.items():
+                with self.assertRaises(AprsimError) as raised:
+                    cell.set_signal(*arguments)
+                self.assertIn(text, str(raised.exception))
+            refused = aprsim(*given, "3", *ports)
+            self.assertNotEqual(refused.returncode, 0)
+            self.assertIn("must be within 0 to 2 N", refused.stderr)
+        replayed = aprsim("replay", journal, extensions=EXTENSIONS)
+        self.assertIn("all states are the same", replayed.stdout, replayed.stderr)
+        with World(scene, extensions=[EXTENSIONS]) as world:
+            world.step(100)
+            world.set_signal("pusher", "force_n", 1.8)
+            world.step(200)
+            world.set_signal("pusher", "force_n", 0.5)
+            self.assertEqual(world.step(100).state_hash, now.state_hash)
 
     def test_missing_directories_and_libraries_are_refused(self):
         for extensions, text in {

@@ -7,6 +7,7 @@
 #include "world/api/commands/conveyor_command.hpp"
 #include "world/api/commands/robot_command.hpp"
 #include "world/api/commands/scene_command.hpp"
+#include "world/api/commands/signal_command.hpp"
 #include "world/api/commands/simulation_command.hpp"
 #include "world/api/commands/trajectory_command.hpp"
 #include "world/api/faults/fault.hpp"
@@ -27,7 +28,7 @@ struct SetIntruder {
 struct Command {
   EndpointId endpoint = 0;
   std::variant<RobotCommand, ConveyorCommand, SetIntruder, FaultCommand, SimulationCommand,
-               SceneCommand, TrajectoryCommand>
+               SceneCommand, TrajectoryCommand, SetSignals>
       body;
 };
 

@@ -75,6 +75,9 @@ APRSIM_FIELDS(ConveyorCommand, FIELD(run), FIELD(forward), FIELD(speed_m_s), FIE
 
 APRSIM_FIELDS(SetIntruder, FIELD(intruder))
 
+APRSIM_FIELDS(SignalSetting, FIELD(device), FIELD(signal), FIELD(value))
+APRSIM_FIELDS(SetSignals, FIELD(settings))
+
 // The simulation.
 APRSIM_FIELDS(Pause)
 APRSIM_FIELDS(Resume)
@@ -110,7 +113,8 @@ APRSIM_ALTERNATIVES(SceneCommand, "command of the scene", ALTERNATIVE(SpawnBody,
 APRSIM_ALTERNATIVES(decltype(Command::body), "command", ALTERNATIVE(RobotCommand, robot),
                     ALTERNATIVE(ConveyorCommand, conveyor), ALTERNATIVE(SetIntruder, intruder),
                     INLINED_ALTERNATIVE(FaultCommand), ALTERNATIVE(SimulationCommand, simulation),
-                    INLINED_ALTERNATIVE(SceneCommand), ALTERNATIVE(TrajectoryCommand, trajectory))
+                    INLINED_ALTERNATIVE(SceneCommand), ALTERNATIVE(TrajectoryCommand, trajectory),
+                    ALTERNATIVE(SetSignals, set_signals))
 APRSIM_FIELDS(Command, FIELD(endpoint), INLINED(body))
 
 }  // namespace aprsim::api

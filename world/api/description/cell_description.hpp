@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "world/api/description/register_map.hpp"
 #include "world/api/values/light_curtain.hpp"
 #include "world/api/values/piece.hpp"
 #include "world/api/values/pose.hpp"
@@ -158,11 +159,19 @@ struct CameraDescription {
   double latency_s = 0;            ///< from exposure until a picture of its stream is sent
 };
 
+/// A signal of a device that clients set.
+struct InputDescription {
+  std::string signal;
+  double min = 0, max = 0;  ///< of its value, in its unit
+  std::string unit;         ///< "m/s"; empty = a plain number
+};
+
 /// A device that an extension makes.
 struct DeviceDescription {
   std::string name;
-  std::string extension;             ///< name of its library
-  std::vector<std::string> signals;  ///< names of what it shows
+  std::string extension;                 ///< name of its library
+  std::vector<std::string> signals;      ///< names of what it shows, with its inputs
+  std::vector<InputDescription> inputs;  ///< signals that clients set
 };
 
 struct CellDescription {
@@ -182,8 +191,9 @@ struct CellDescription {
   /// Names of what never moves and can be touched; of a fixture once for each piece.
   std::vector<std::string> fixed;
   std::vector<FixtureDescription> fixtures;
-  std::vector<CameraDescription> cameras;  ///< in the order of the scene
-  std::vector<DeviceDescription> devices;  ///< in the order of the scene
+  std::vector<CameraDescription> cameras;   ///< in the order of the scene
+  std::vector<DeviceDescription> devices;   ///< in the order of the scene
+  std::vector<RegisterMap> modbus_servers;  ///< in the order of the scene
 };
 
 }  // namespace aprsim::api

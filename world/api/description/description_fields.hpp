@@ -35,10 +35,15 @@ APRSIM_FIELDS(CameraDescription, FIELD(name), FIELD(robot), FIELD(carrier), BY_H
               FIELD(width_px), FIELD(height_px), FIELD(focal_x_px), FIELD(focal_y_px),
               FIELD(centre_x_px), FIELD(centre_y_px), FIELD(distortion), FIELD(rate_hz),
               FIELD(latency_s))
-APRSIM_FIELDS(DeviceDescription, FIELD(name), FIELD(extension), FIELD(signals))
+APRSIM_FIELDS(InputDescription, FIELD(signal), FIELD(min), FIELD(max), FIELD(unit))
+APRSIM_FIELDS(DeviceDescription, FIELD(name), FIELD(extension), FIELD(signals), FIELD(inputs))
+APRSIM_FIELDS(Register, FIELD(signal), FIELD(area), FIELD(address), FIELD(encoding),
+              FIELD(word_order), FIELD(scale), FIELD(offset), FIELD(writable))
+APRSIM_FIELDS(RegisterMap, FIELD(name), FIELD(registers))
 APRSIM_FIELDS(CellDescription, FIELD(scene), NOWHERE(scene_text), BY_HAND(revision), FIELD(seed),
               FIELD(step_size), FIELD(robots), BY_HAND(has_conveyor), BY_HAND(conveyor),
               FIELD(light_curtain), BY_HAND(bodies), BY_HAND(tools), FIELD(body_types),
-              FIELD(fixed), BY_HAND(fixtures), BY_HAND(cameras), FIELD(devices))
+              FIELD(fixed), BY_HAND(fixtures), BY_HAND(cameras), FIELD(devices),
+              FIELD(modbus_servers))
 
 }  // namespace aprsim::api

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "world/base/utf8.hpp"
+#include "world/devices/input_check.hpp"
 #include "world/faults/fault_check.hpp"
 
 namespace aprsim::world {
@@ -345,6 +346,10 @@ Result<void> check_body(const api::SetIntruder& command, const CellNames&) {
     }
   }
   return unit(X_WI.q);
+}
+
+Result<void> check_body(const api::SetSignals& command, const CellNames& cell) {
+  return devices::check_settings(command, cell->devices);
 }
 
 Result<void> check_body(api::FaultCommand& command, const CellNames& cell) {

@@ -21,7 +21,7 @@
 namespace aprsim::device {
 
 /// Version of this interface. The simulation refuses libraries of another one.
-inline constexpr std::uint32_t kInterfaceVersion = 1;
+inline constexpr std::uint32_t kInterfaceVersion = 2;
 
 struct Vector3 {
   double x = 0, y = 0, z = 0;
@@ -120,6 +120,11 @@ class Setup {
   // ---- state
   /// Adds a number that clients see under this name, such as "mass_kg"; its index in State.
   virtual std::size_t signal(std::string_view name, double start = 0) = 0;
+  /// Adds a signal that clients set, too: its index in State. `start` is within min and max; `unit`
+  /// is what clients read, such as "m/s". A command sets it between two steps; a step may set it
+  /// back, as a push button does.
+  virtual std::size_t input(std::string_view name, double start, double min, double max,
+                            std::string_view unit = {}) = 0;
   /// Adds a number that clients do not see; its index in State.
   virtual std::size_t memory(double start = 0) = 0;
 

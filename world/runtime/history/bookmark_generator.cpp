@@ -60,6 +60,7 @@ std::string words_of(const api::CellEvent& event) {
 std::optional<std::string> text_of(const api::Command& command) {
   if (std::holds_alternative<api::ConveyorCommand>(command.body)) return "belt: command";
   if (std::holds_alternative<api::SceneCommand>(command.body)) return "the scene is changed";
+  if (std::holds_alternative<api::SetSignals>(command.body)) return "device: inputs are set";
   if (const auto* intruder = std::get_if<api::SetIntruder>(&command.body)) {
     return intruder->intruder ? "intruder placed" : "intruder removed";
   }

@@ -10,6 +10,7 @@
 #include "world/api/values/pose.hpp"
 #include "world/scene/model/camera.hpp"
 #include "world/scene/model/device.hpp"
+#include "world/scene/model/modbus_server.hpp"
 #include "world/scene/model/ode_settings.hpp"
 #include "world/scene/model/parts.hpp"
 #include "world/scene/model/robot.hpp"
@@ -109,6 +110,7 @@ struct Scene {
   std::vector<GearInstance> gears;  ///< loose and in slots alike; a slot's gear has its slot's pose
   std::vector<PartInstance> parts;
   std::vector<Device> devices;  ///< of extensions
+  std::vector<ModbusServer> modbus_servers;
 };
 
 }  // namespace aprsim::scene

@@ -10,14 +10,6 @@ namespace {
 
 constexpr std::size_t kMaxListLength = 1024;
 
-/// LINE:COLUMN: KEY.
-std::string place_of(const yaml::Node& node) {
-  const std::string where = node.where();
-  const std::size_t column = where.rfind(':');
-  const std::size_t line = column == 0 ? 0 : where.rfind(':', column - 1);
-  return where.substr(line + 1) + ": " + node.key();
-}
-
 DeviceParameter read_parameter(const std::string& name, const yaml::Node& node) {
   DeviceParameter parameter{.name = name, .values = {}, .is_list = node.is_list(), .place = {}};
   parameter.place = place_of(node);

@@ -10,6 +10,7 @@
 #include "world/scene/readers/crcl_joint_reader.hpp"
 #include "world/scene/readers/device_reader.hpp"
 #include "world/scene/readers/light_curtain_reader.hpp"
+#include "world/scene/readers/modbus_reader.hpp"
 #include "world/scene/readers/piece_reader.hpp"
 #include "world/scene/readers/reading.hpp"
 #include "world/scene/readers/server_reader.hpp"
@@ -455,6 +456,7 @@ BodyNodes read_objects(const yaml::Map& keys, const Types& types, Scene& scene) 
   for (const yaml::Node& node : keys["gears"].items()) reader.loose_gear(node);
   for (const yaml::Node& node : keys["parts"].items()) reader.part(node);
   read_devices(keys["devices"], scene);
+  read_modbus_servers(keys["modbus_servers"], scene);
   return reader.nodes();
 }
 

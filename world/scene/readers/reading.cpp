@@ -53,6 +53,13 @@ std::string read_name(const yaml::Node& node) {
   return name;
 }
 
+std::string place_of(const yaml::Node& node) {
+  const std::string where = node.where();
+  const std::size_t column = where.rfind(':');
+  const std::size_t line = column == 0 ? 0 : where.rfind(':', column - 1);
+  return where.substr(line + 1) + ": " + node.key();
+}
+
 void report_unknown(const yaml::Node& node, const std::string& name, const std::string& what,
                     const std::vector<std::string>& known) {
   std::string list;

@@ -31,6 +31,9 @@ inline constexpr yaml::Range kLength{.min = 0, .max = kFar, .open_min = true};
 void check_name(const yaml::Node& node, const std::string& name);
 [[nodiscard]] std::string read_name(const yaml::Node& node);
 
+/// LINE:COLUMN: KEY of a value, for errors that are found later.
+[[nodiscard]] std::string place_of(const yaml::Node& node);
+
 /// Error "found X, expected one of ... (did you mean ...?)" where a reference leads nowhere.
 void report_unknown(const yaml::Node& node, const std::string& name, const std::string& what,
                     const std::vector<std::string>& known);

@@ -53,6 +53,15 @@ TEST(Exposure, SaysWhoMayDoWhat) {
             std::string::npos);
 }
 
+TEST(Exposure, NamesTheServersOfTheScene) {
+  Config config = open_to("10.0.0.7");
+  const Ports ports{{"modbus.line", 7}};
+  config.modbus.allow = {"10.0.0.0/8"};
+  EXPECT_EQ(exposures(config, ports),
+            std::vector<std::string>{"modbus.line is open to other machines at 10.0.0.7:7: "
+                                     "addresses in modbus.allow may command belt and devices"});
+}
+
 TEST(Exposure, CountsWhatOpensAndRestricts) {
   Config config = open_to("10.0.0.7");
   const auto expect = [&config](std::size_t listener, const std::string& part) {

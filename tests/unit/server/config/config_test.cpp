@@ -29,7 +29,8 @@ TEST(ModbusConfig, ReadsItsRestrictionsAndPrintsThemForReading) {
                             {"modbus.max_requests_per_s", "250"},
                             {"modbus.request_timeout_ms", "1500"},
                             {"modbus.idle_timeout_ms", "60000"},
-                            {"modbus.watchdog_ms", "500"}};
+                            {"modbus.watchdog_ms", "500"},
+                            {"modbus.ports.line", "1503"}};
   const auto config = load_config("", overrides);
   ASSERT_TRUE(config.has_value()) << config.error().message;
   EXPECT_EQ(config->modbus.allow, (std::vector<std::string>{"10.0.0.0/8", "::1"}));
@@ -39,6 +40,7 @@ TEST(ModbusConfig, ReadsItsRestrictionsAndPrintsThemForReading) {
   EXPECT_EQ(config->modbus.request_timeout_ms, 1500U);
   EXPECT_EQ(config->modbus.idle_timeout_ms, 60000U);
   EXPECT_EQ(config->modbus.watchdog_ms, 500U);
+  EXPECT_EQ(config->modbus.ports, (std::map<std::string, std::uint16_t>{{"line", 1503}}));
 
   const std::string file = testing::TempDir() + "aprsim-modbus-config.yaml";
   std::ofstream(file) << to_yaml(*config);

@@ -114,6 +114,8 @@ std::vector<decltype(api::Command::body)> every_body() {
                                      .emergency_stop = false,
                                      .fault_reset = true,
                                      .watchdog_s = 0});
+  all.push_back(api::SetSignals{});
+  all.push_back(api::SetSignals{{{"scale", "full_kg", kThird}, {"b", "c", -1}}});
   all.push_back(api::SetIntruder{});
   all.push_back(api::SetIntruder{api::Intruder{waypoint().X_RT, {1, 2, 3}}});
   const std::vector<api::FaultTrigger> triggers = {
@@ -183,7 +185,7 @@ TEST(CommandMessage, EveryCommandComesBackBitForBit) {
                               std::variant_size_v<api::FaultCommand> +
                               std::variant_size_v<api::SimulationCommand> +
                               std::variant_size_v<api::TrajectoryAction> +
-                              std::variant_size_v<api::SceneCommand> + 2);
+                              std::variant_size_v<api::SceneCommand> + 3);
 }
 
 TEST(CommandMessage, NamesMissingAndUnknownFields) {

@@ -85,6 +85,20 @@ TEST_F(ServerOptionsTest, CamerasHavePortsThatCountUp) {
   EXPECT_EQ(camera_options(context_, 1, "belt").listener.port, 0);
 }
 
+TEST_F(ServerOptionsTest, ModbusServersOfTheSceneHaveTheirOwnPortAndEndpoint) {
+  config_.modbus.ports["line"] = 1503;
+  const auto line = map_options(context_, 0, "line");
+  EXPECT_EQ(line.listener.port, 1503);
+  EXPECT_EQ(line.map, "line");
+  EXPECT_EQ(line.listener.endpoint, kFirstMapEndpoint);
+  EXPECT_EQ(modbus_server::listener_name(line), "modbus.line");
+  EXPECT_EQ(line.listener.allow.front(), "10.1.0.0/16");
+  const auto other = map_options(context_, 1, "other");
+  EXPECT_EQ(other.listener.port, 0) << "any free one";
+  EXPECT_EQ(other.listener.endpoint, kFirstMapEndpoint + 1);
+  EXPECT_EQ(modbus_server::listener_name(modbus_options(context_)), "modbus");
+}
+
 TEST_F(ServerOptionsTest, DrainDeadlinesStayThoseOfEachServer) {
   EXPECT_EQ(modbus_options(context_).listener.drain_deadline, 500ms);
   EXPECT_EQ(telemetry_options(context_).listener.drain_deadline, 200ms);

@@ -42,6 +42,12 @@ std::string scale(const std::string& more) {
          more + "}\n";
 }
 
+std::string pusher(const std::string& name) {
+  return "  - name: " + name +
+         "\n    extension: pusher\n    parameters: {low_m: [-1, -0.3, 0.9], "
+         "high_m: [1, 0.3, 1.2], along: [1, 0, 0], max_force_n: 10}\n";
+}
+
 api::Snapshot snapshot_of(const world::World& world) {
   api::Snapshot now;
   world.write(now);

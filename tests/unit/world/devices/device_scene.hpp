@@ -20,6 +20,9 @@ std::string trouble(const std::string& kind, int at_step = 0);
 /// A scale over the belt's middle.
 std::string scale(const std::string& more = "");
 
+/// A pusher along x over the belt's middle, with up to 10 N.
+std::string pusher(const std::string& name = "pusher");
+
 api::Snapshot snapshot_of(const world::World& world);
 void advance(world::World& world, int steps);
 /// A signal of a device in a snapshot. Throws where there is none.

@@ -70,7 +70,7 @@ TEST(ExtensionLibraries, AreFoundByNameInTheirDirectoriesOnly) {
   EXPECT_EQ(load_error("scale"), "");
   EXPECT_EQ(load_error("scales"),
             "no libscales.so in the directories of extensions (option --extensions); extensions "
-            "there: mover, outdated, scale, text, trouble, unrelated");
+            "there: mover, outdated, pusher, scale, text, trouble, unrelated");
   const std::vector<std::string> directories = {APRSIM_EXTENSIONS};
   for (const char* name : {"../extensions/libscale", "/etc/passwd", "", ".", "scale.so"}) {
     EXPECT_EQ(devices::find_extension(name, directories), "") << name;
@@ -80,7 +80,7 @@ TEST(ExtensionLibraries, AreFoundByNameInTheirDirectoriesOnly) {
 TEST(ExtensionLibraries, OtherVersionsAndLibrariesAreRefused) {
   EXPECT_EQ(load_error("outdated"),
             "liboutdated.so was built for version 0 of the interface of devices, this program has "
-            "version 1; build it again");
+            "version 2; build it again");
   EXPECT_EQ(load_error("unrelated"),
             "libunrelated.so is no extension: it lacks APRSIM_EXTENSION(CLASS)");
   const std::string text = load_error("text");

@@ -74,7 +74,8 @@ INSTANTIATE_TEST_SUITE_P(
              "found an unknown key, expected one of base, seed, types, physics, pockets, "
              "gear_types, "
              "tray_types, part_types, robot_types, tools, robots, cameras, conveyor, "
-             "light_curtain, fixed, fixtures, holders, floor, trays, gears, parts, devices"},
+             "light_curtain, fixed, fixtures, holders, floor, trays, gears, parts, devices, "
+             "modbus_servers"},
         Case{"extension_with_a_path", "seed: 7", "devices: [{name: a, extension: @../b}]",
              "devices[0].extension",
              "found \"../b\", expected the name of an extension: up to 64 letters, digits, '_' and "
