@@ -36,7 +36,7 @@ bool needs_cell(const AnyCommand& command) {
   if (const auto* run = std::get_if<ScenarioRunCommand>(&command)) return run->attach;
   if (const auto* crcl = std::get_if<ConformCrclCommand>(&command)) return crcl->address.empty();
   if (const auto* modbus = std::get_if<ConformModbusCommand>(&command)) {
-    return modbus->address.empty();
+    return modbus->address.empty() || !modbus->server.empty();
   }
   return !std::holds_alternative<CompletionCommand>(command) &&
          !std::holds_alternative<ManualCommand>(command) &&

@@ -17,7 +17,8 @@ namespace aprsim::client {
 namespace {
 
 constexpr const char* kToken = "APRSIM_TOKEN";
-constexpr std::string_view kCrclPrefix = "crcl.", kVisionPrefix = "vision.";
+constexpr std::string_view kCrclPrefix = "crcl.", kVisionPrefix = "vision.",
+                           kModbusPrefix = "modbus.";
 
 Outcome<std::uint16_t> port_of(const std::string& path, const std::string& key,
                                const nlohmann::json& value) {
@@ -32,6 +33,9 @@ Outcome<std::uint16_t> port_of(const std::string& path, const std::string& key,
 std::uint16_t* place_of(const std::string& key, Endpoints& endpoints) {
   if (key == "grpc") return &endpoints.grpc;
   if (key == "modbus") return &endpoints.modbus;
+  if (key.starts_with(kModbusPrefix)) {
+    return &endpoints.modbus_servers[key.substr(kModbusPrefix.size())];
+  }
   if (key.starts_with(kCrclPrefix)) return &endpoints.crcl[key.substr(kCrclPrefix.size())];
   if (key.starts_with(kVisionPrefix)) return &endpoints.vision[key.substr(kVisionPrefix.size())];
   return nullptr;

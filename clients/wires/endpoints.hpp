@@ -23,7 +23,8 @@ struct Endpoints {
   std::uint16_t modbus = 1502;
   std::map<std::string, std::uint16_t> crcl{{"fanuc", 64444}, {"motoman", 64445}};  ///< by robot
   std::map<std::string, std::uint16_t> vision{{"fanuc", 4000}, {"motoman", 4001}};  ///< by robot
-  std::string token = {};                     ///< for gRPC; empty = none
+  std::map<std::string, std::uint16_t> modbus_servers = {};  ///< of the scene, by name
+  std::string token = {};                                    ///< for gRPC; empty = none
   std::optional<Encryption> encryption = {};  ///< of gRPC; absent = it is not encrypted
 };
 

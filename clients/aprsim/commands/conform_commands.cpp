@@ -10,6 +10,7 @@
 #include "clients/aprsim/cli/console.hpp"
 #include "clients/aprsim/commands/option_parsing.hpp"
 #include "clients/aprsim/conform/check.hpp"
+#include "clients/wires/cell_connection.hpp"
 
 namespace aprsim::client {
 namespace {
@@ -33,6 +34,60 @@ Outcome<Target> target_of(const std::string& address) {
   return Target{host, port};
 }
 
+modbus::Area area_in(v1::RegisterArea area) {
+  switch (area) {
+    case v1::REGISTER_AREA_COIL:
+      return modbus::Area::kCoil;
+    case v1::REGISTER_AREA_DISCRETE_INPUT:
+      return modbus::Area::kDiscreteInput;
+    case v1::REGISTER_AREA_INPUT_REGISTER:
+      return modbus::Area::kInputRegister;
+    default:
+      return modbus::Area::kHoldingRegister;
+  }
+}
+
+/// The addresses of a server of the running scene.
+Outcome<conform::ModbusShape> shape_of(const std::string& server, Console& console) {
+  const auto cell = CellConnection(console.endpoints).cell();
+  if (!cell) return tl::unexpected(cell.error());
+  conform::ModbusShape shape;
+  for (const v1::ModbusServer& map : cell->modbus_servers()) {
+    if (map.name() != server) continue;
+    for (const v1::Register& each : map.registers()) {
+      const int words = each.encoding() >= v1::REGISTER_ENCODING_UINT32 ? 2 : 1;
+      for (int i = 0; i < words; ++i) {
+        shape.add(area_in(each.area()),
+                  static_cast<std::uint16_t>(each.address() + static_cast<std::uint32_t>(i)),
+                  each.writable());
+      }
+    }
+  }
+  if (!shape.empty()) return shape;
+  return failed(FailureKind::kUsage,
+                fmt::format("no Modbus server '{}' in scene {}", server, cell->scene()));
+}
+
+/// Tests a server that the running scene describes.
+Outcome<void> check_map(const ConformModbusCommand& command, Console& console) {
+  const auto shape = shape_of(command.server, console);
+  if (!shape) return tl::unexpected(shape.error());
+  const auto port = console.endpoints.modbus_servers.find(command.server);
+  if (command.address.empty() && port == console.endpoints.modbus_servers.end()) {
+    return failed(FailureKind::kUsage,
+                  fmt::format("the port of Modbus server '{}' is unknown: give HOST:PORT, or a "
+                              "ports file",
+                              command.server));
+  }
+  Outcome<Target> target = command.address.empty() ? Target{console.endpoints.host, port->second}
+                                                   : target_of(command.address);
+  if (!target) return tl::unexpected(target.error());
+  target->allow_motion = command.allow_motion;
+  target->read_one = conform::some_read(*shape, 1);
+  target->read_many = conform::some_read(*shape, 125);
+  return conform::check_server(conform::modbus_map_checks(*shape), *target, console);
+}
+
 }  // namespace
 
 Outcome<void> run_command(const ConformCrclCommand& command, Console& console) {
@@ -51,6 +106,7 @@ Outcome<void> run_command(const ConformCrclCommand& command, Console& console) {
 }
 
 Outcome<void> run_command(const ConformModbusCommand& command, Console& console) {
+  if (!command.server.empty()) return check_map(command, console);
   Outcome<Target> target = command.address.empty()
                                ? Target{console.endpoints.host, console.endpoints.modbus}
                                : target_of(command.address);
@@ -92,7 +148,12 @@ void add_conform(CLI::App& app, CommandLine& line) {
     line.command = *c;
   });
   auto [modbus, modbus_command] = add_command<ConformModbusCommand>(
-      *conform, line, "modbus", "Test the conveyor's Modbus server");
+      *conform, line, "modbus", "Test the conveyor's Modbus server, or one of the scene");
+  modbus
+      ->add_option("--server", modbus_command->server,
+                   "Name of a server that the running scene describes")
+      ->type_name("NAME")
+      ->check(not_empty());
   add_common(*modbus, *modbus_command, "Include checks that write registers, which runs the belt");
   add_command<ConformClausesCommand>(*conform, line, "clauses", "Print the rules as Markdown");
 }

@@ -14,8 +14,9 @@ struct ConformCrclCommand {
   bool allow_motion = false;  ///< include checks that move the robot a little
   std::string sensor;         ///< for guards; empty = one of the known names
 };
-/// Tests the conveyor's Modbus server.
+/// Tests the conveyor's Modbus server, or one that the running scene describes.
 struct ConformModbusCommand {
+  std::string server;         ///< name in the scene; empty = the conveyor's
   std::string address;        ///< HOST:PORT; empty = the running cell's
   bool allow_motion = false;  ///< include checks that write and run the belt slowly
 };

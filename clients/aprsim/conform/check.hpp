@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "clients/aprsim/conform/modbus_shape.hpp"
 #include "clients/wires/outcome.hpp"
 
 namespace aprsim::client {
@@ -20,6 +21,8 @@ struct Target {
   std::uint16_t port = 0;
   bool allow_motion = false;  ///< small motions are allowed
   std::string sensor;         ///< force sensor for guards; empty = a known name
+  /// Reads of one value and of many that a Modbus server has, from the function code on.
+  std::vector<std::uint8_t> read_one = {3, 0x80, 0x00, 0, 1}, read_many = {3, 0x80, 0x00, 0, 125};
 };
 
 /// Thrown by a check for a violated rule, with the observation.
@@ -76,5 +79,9 @@ struct Finding {
 [[nodiscard]] std::vector<Check> crcl_checks();
 /// The checks of the conveyor's Modbus server.
 [[nodiscard]] std::vector<Check> modbus_checks();
+/// The checks of a Modbus server with these addresses.
+[[nodiscard]] std::vector<Check> modbus_map_checks(const ModbusShape& shape);
+/// A read of at most so many values of such a server, 1 to 125.
+[[nodiscard]] std::vector<std::uint8_t> some_read(const ModbusShape& shape, std::uint16_t most);
 
 }  // namespace aprsim::client::conform

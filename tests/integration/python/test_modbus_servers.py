@@ -176,6 +176,22 @@ class ModbusServersTest(unittest.TestCase):
             self.assertEqual(unknown.returncode, 2)
             self.assertIn("no Modbus server 'press' in scene line; there is line", unknown.stderr)
 
+    def test_the_server_conforms_with_its_map(self):
+        with self.daemon(speed="max") as served:
+            given = ["--ports-file", str(served.ports_file)]
+            done = aprsim("conform", "modbus", "--server", "line", "--allow-motion", "--json", *given)
+            lines = [json.loads(line) for line in done.stdout.splitlines()]
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            self.assertGreater(lines[-1]["passed"], 50)
+            self.assertEqual((lines[-1]["failed"], lines[-1]["not_checked"]), (0, 0))
+            # A map that the server does not have is noticed.
+            port = self.ports(served)["modbus"]
+            other = aprsim("conform", "modbus", f"127.0.0.1:{port}", "--server", "line", *given)
+            self.assertEqual(other.returncode, 1, other.stdout)
+            unknown = aprsim("conform", "modbus", "--server", "press", *given)
+            self.assertEqual(unknown.returncode, 2)
+            self.assertIn("no Modbus server 'press' in scene line", unknown.stderr)
+
     def test_the_map_follows_the_scene(self):
         with (
             self.daemon() as served,

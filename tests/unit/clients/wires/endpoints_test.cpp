@@ -11,10 +11,11 @@ TEST(Endpoints, ReadFromThePortsFile) {
   const test::TemporaryDirectory directory;
   const auto endpoints = read_ports_file(directory.write(
       "ports.json",
-      R"({"crcl.scout": 5001, "vision.scout": 5002, "grpc": 5003, "modbus": 5004, "web": 5005})"));
+      R"({"crcl.scout": 5001, "vision.scout": 5002, "grpc": 5003, "modbus": 5004, "web": 5005, "modbus.line": 5006})"));
   ASSERT_TRUE(endpoints) << endpoints.error().message;
   EXPECT_EQ(endpoints->grpc, 5003);
   EXPECT_EQ(endpoints->modbus, 5004);
+  EXPECT_EQ(endpoints->modbus_servers, (std::map<std::string, std::uint16_t>{{"line", 5006}}));
   EXPECT_EQ(crcl_port(*endpoints, "scout"), 5001);
   EXPECT_EQ(vision_port(*endpoints, "scout"), 5002);
   EXPECT_EQ(crcl_port(*endpoints, "fanuc").error().message, "no robot 'fanuc'; there is scout");
