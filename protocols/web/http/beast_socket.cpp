@@ -98,7 +98,8 @@ class BeastSocket final : public WebSocket, public std::enable_shared_from_this<
       events_.message({static_cast<const char*>(data.data()), data.size()});
     }
     input_.consume(input_.size());
-    if (!ended_) read();
+    // The close reads what still comes; a read that waits for it would outlive its timeout.
+    if (!ended_ && !closing_) read();
   }
 
   void on_write(const error_code& error) {
