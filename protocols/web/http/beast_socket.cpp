@@ -14,7 +14,7 @@ namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 using beast::error_code;
 
-constexpr std::size_t kMaxMessageBytes = std::size_t{16} * 1024;
+constexpr std::size_t kMaxMessageBytes = std::size_t{256} * 1024;  // room for a scene's text
 constexpr auto kWriteTimeout = std::chrono::seconds(10);
 // Kernel buffer for a slow viewer; data that waits there is stale.
 constexpr int kSendBufferBytes = 64 * 1024;
