@@ -162,3 +162,98 @@ test('texts that are no maps, or empty, take the first thing', () => {
   assert.match(new editor.SceneText('a: [1\n').problem, /./);
   assert.equal(parseDocument('a: 1').errors.length, 0);
 });
+
+test('undo and redo give the same texts, byte for byte', () => {
+  const random = randomNumbers(5);
+  for (const [name, original] of shipped.slice(0, 4)) {
+    const draft = new editor.Draft(name, original);
+    const texts = [original];
+    for (let i = 0; i < 40; ++i) {
+      const kind = random();
+      if (kind < 0.5) {
+        const [next] = change(draft.text, random);
+        if (next === draft.text) continue;
+        texts.splice(texts.indexOf(draft.text) + 1, Infinity, next);
+        draft.change(next);
+      } else {
+        const at = texts.indexOf(draft.text) + (kind < 0.8 ? -1 : 1);
+        const wanted = texts[at] ?? draft.text;
+        assert.equal(
+          at >= 0 && at < texts.length,
+          (kind < 0.8 ? draft.undoable : draft.redoable) !== null
+        );
+        kind < 0.8 ? draft.undo() : draft.redo();
+        assert.equal(draft.text, wanted);
+      }
+    }
+    while (draft.undoable !== null) draft.undo();
+    assert.equal(draft.text, original);
+  }
+});
+
+test('a thing that is moved and turned is there, and comes back', () => {
+  for (const [name, text] of shipped) {
+    const things = editor.thingsOf(new editor.SceneText(text));
+    for (const thing of things.filter((t) => editor.placeOf(t)).slice(0, 12)) {
+      const place = editor.placeOf(thing);
+      const to = {
+        x: place.x + 0.1,
+        y: place.y - 0.2,
+        yaw_deg: editor.turns(thing) ? 345 : place.yaw_deg
+      };
+      const moved = new editor.SceneText(editor.withPlace(new editor.SceneText(text), thing, to));
+      const now = editor.thingsOf(moved).find(({id}) => id === thing.id);
+      const at = editor.placeOf(now);
+      assert.ok(Math.hypot(at.x - to.x, at.y - to.y) < 1e-5, `${name} ${thing.id}`);
+      assert.equal(at.yaw_deg, editor.turns(thing) ? -15 : place.yaw_deg, `${name} ${thing.id}`);
+      assert.equal(editor.thingsOf(moved).length, things.length);
+    }
+  }
+  for (const [deg, wanted] of [
+    [180, 180],
+    [-180, 180],
+    [190, -170],
+    [-345, 15],
+    [720, 0]
+  ])
+    assert.equal(editor.wrapped(deg), wanted);
+});
+
+test('additions and copies have names that nothing else has', () => {
+  const folder = join(scenes, 'types');
+  const library = new editor.Library(
+    readdirSync(folder).map((file) => ({
+      file: `types/${file}`,
+      text: readFileSync(join(folder, file), 'utf8')
+    }))
+  );
+  const namesOf = (scene) =>
+    editor.thingsOf(scene).flatMap((thing) => [thing.id, ...editor.contentOf(thing)]);
+  for (const [name, text] of shipped.filter((_, i) => i % 3 === 0)) {
+    const scene = new editor.SceneText(text);
+    const offers = library.offers(scene);
+    assert.ok(
+      offers.some(({kind}) => kind.key === 'robots'),
+      name
+    );
+    for (const offer of offers) {
+      const added = editor.withNew(scene, library, offer, null, {x: 0.5, y: -0.25});
+      const after = new editor.SceneText(added.text);
+      assert.equal(after.problem, '', `${name} ${offer.type}`);
+      const names = namesOf(after);
+      assert.equal(new Set(names).size, names.length, `${name} ${offer.type}`);
+      assert.equal(names.length, namesOf(scene).length + 1, `${name} ${offer.type}`);
+      if (offer.file) assert.ok([after.get(['types'])].flat().includes(offer.file));
+    }
+    for (const thing of editor.thingsOf(scene).filter(({kind}) => !kind.single)) {
+      const after = new editor.SceneText(editor.withCopy(scene, thing, {x: 1, y: 2}).text);
+      const names = namesOf(after);
+      assert.equal(new Set(names).size, names.length, `${name} ${thing.id}`);
+      const removed = editor.without(
+        after,
+        editor.thingsOf(after).find((t) => !namesOf(scene).includes(t.id))
+      );
+      assert.deepEqual(parse(removed), parse(text), `${name} ${thing.id}`);
+    }
+  }
+});
