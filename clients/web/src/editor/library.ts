@@ -103,7 +103,7 @@ export function spotsNear(scene: SceneText, chosen: Thing | null): Spot[] {
   }));
 }
 
-/** What a thing stands on, or else the first fixed box, the belt, or the floor. */
+/** The support of a thing, or else the first fixed box, the belt, or the floor. */
 function supportFor(scene: SceneText, chosen: Thing | null): Support {
   const all = supportsOf(scene);
   const name = chosen?.kind.key === 'conveyor' ? 'conveyor' : (chosen?.value.on ?? chosen?.name);

@@ -142,7 +142,7 @@ export class SceneEditor {
     return pick.kind === 'fixed' ? pick.name : '';
   }
 
-  /** What of the view belongs to a thing. */
+  /** The objects of the view that belong to a thing. */
   picksOf(thing: Thing): Pick[] {
     const {cell} = this.state;
     const {key} = thing.kind;

@@ -167,7 +167,7 @@ export class SceneText {
     return value?.range && !isEmpty(value) ? this.endOf(value) : this.text.indexOf(':', end) + 1;
   }
 
-  /** What stands before the dash of a list's first entry. */
+  /** The indentation of a list, from its first entry. */
   private indentOfEntry(item: Node): string {
     const before = this.lineBefore(item.range![0]);
     const dash = before.lastIndexOf('-');
