@@ -27,6 +27,7 @@
 #include "server/cameras/camera_studio.hpp"
 #include "server/config/memory_shares.hpp"
 #include "server/config/version.hpp"
+#include "server/drafts/draft_builder.hpp"
 #include "server/journal/journal.hpp"
 #include "server/journal/run_header.hpp"
 #include "server/journal/state_files.hpp"
@@ -190,7 +191,8 @@ class Daemon::Impl {
                                        modbus_tap_);
                      }),
         telemetry_(grpc_options(config), simulation_, simulation_),
-        programs_(config, demo, security_.program_token) {
+        programs_(config, demo, security_.program_token),
+        drafts_(scene) {
     crcl_tap_.audit_to(security_.audit.get());
     modbus_tap_.audit_to(security_.audit.get());
     if (config.web.enabled) make_web(config, *scene);
@@ -273,6 +275,7 @@ class Daemon::Impl {
     // So that no listener waits for an answer from it.
     if (history_) history_->stop();
     simulation_.stop_previews();
+    drafts_.stop();
     if (web_) web_->stop();
     {
       std::vector<std::jthread> ending;
@@ -418,6 +421,7 @@ class Daemon::Impl {
     options.programs = programs_.for_pages();
     options.history = history_.get();
     options.previews = &simulation_.previews();
+    options.drafts = &drafts_;
     options.listeners = [this] { return listeners(); };
     options.metrics = [this] { return metrics_text(metrics_sources()); };
     web_ = std::make_unique<web::WebServer>(std::move(options), simulation_, simulation_);
@@ -523,6 +527,7 @@ class Daemon::Impl {
   Ports ports_;      // of the other listeners, for the page
   Ports all_ports_;  // of all at the start
   CellPrograms programs_;
+  DraftBuilder drafts_;
   std::unique_ptr<web::WebServer> web_;
   std::jthread cell_log_;
 };

@@ -86,7 +86,9 @@ async function bundle() {
   });
   for (const name of readdirSync(join(here, 'static')))
     cpSync(join(here, 'static', name), join(out, name));
-  const licences = ['three', 'urdf-loader', 'uplot', '@bufbuild/protobuf'].map((name) => {
+  // For the fields of the scene editor.
+  cpSync(join(here, '../../world/scenes/scene.schema.json'), join(out, 'scene.schema.json'));
+  const licences = ['three', 'urdf-loader', 'uplot', 'yaml', '@bufbuild/protobuf'].map((name) => {
     const folder = join(here, 'node_modules', name);
     const file = readdirSync(folder).find((entry) => /^licen[cs]e/i.test(entry));
     const {version, license} = JSON.parse(readFileSync(join(folder, 'package.json'), 'utf8'));
@@ -94,7 +96,7 @@ async function bundle() {
   });
   writeFileSync(join(out, 'licences.txt'), licences.join('\n----\n\n'));
   for (const name of readdirSync(out)) {
-    if (/\.(js|css|html|svg)$/.test(name)) {
+    if (/\.(js|css|html|svg|json)$/.test(name)) {
       writeFileSync(join(out, name + '.gz'), gzipSync(readFileSync(join(out, name)), {level: 9}));
     }
   }

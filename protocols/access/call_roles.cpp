@@ -71,6 +71,7 @@ constexpr std::array kRoles{
     CallRole{"aprsim.v1.ViewerRequest/authenticate", Role::kNone},
     CallRole{"aprsim.v1.ViewerRequest/watch", Role::kView},
     CallRole{"aprsim.v1.ViewerRequest/past", Role::kView},
+    CallRole{"aprsim.v1.ViewerRequest/get_scene", Role::kView},
     CallRole{"aprsim.v1.ViewerRequest/pause", Role::kOperate},
     CallRole{"aprsim.v1.ViewerRequest/resume", Role::kOperate},
     CallRole{"aprsim.v1.ViewerRequest/step", Role::kOperate},
@@ -91,6 +92,7 @@ constexpr std::array kRoles{
     CallRole{"aprsim.v1.ViewerRequest/end_fault", Role::kInject},
     CallRole{"aprsim.v1.ViewerRequest/report_event", Role::kInject},
     CallRole{"aprsim.v1.ViewerRequest/reset", Role::kAdmin},
+    CallRole{"aprsim.v1.ViewerRequest/draft_scene", Role::kAdmin},
     CallRole{"aprsim.v1.ViewerRequest/start_program", Role::kAdmin},
     CallRole{"aprsim.v1.ViewerRequest/stop_program", Role::kAdmin},
 

@@ -71,9 +71,9 @@ void RawWebClient::send_frame(int opcode, const std::string& payload) {
   if (payload.size() < 126) {
     frame += static_cast<char>(0x80 | payload.size());
   } else {
-    frame += static_cast<char>(0x80 | 126);
-    frame += static_cast<char>((payload.size() >> 8) & 0xFF);
-    frame += static_cast<char>(payload.size() & 0xFF);
+    const int bytes = payload.size() < 65536 ? 2 : 8;
+    frame += static_cast<char>(0x80 | (bytes == 2 ? 126 : 127));
+    for (int i = bytes; i-- > 0;) frame += static_cast<char>((payload.size() >> (8 * i)) & 0xFF);
   }
   frame += std::string(4, '\0');  // a mask that changes nothing
   send(frame + payload);

@@ -26,7 +26,8 @@ const kPanels = [
   'Charts',
   'Faults',
   'Scenarios',
-  'Cameras'
+  'Cameras',
+  'Scene'
 ];
 const kSizes = [
   [1280, 800],

@@ -6,14 +6,17 @@ import {
   type MovePreview,
   type Outcome,
   type PastSnapshot,
+  type SceneDraft,
+  type SceneSource,
   type ViewerUpdate
 } from './protocol';
 
 type Body = Exclude<MessageInitShape<typeof ViewerRequestSchema>['body'], undefined>;
-type Answer = Outcome | PastSnapshot | MovePreview;
+type Answer = Outcome | PastSnapshot | MovePreview | SceneSource | SceneDraft;
 
 const kLongestPause_ms = 4000;
 const kWatch_ms = 1000;
+const kBuildPatience_ms = 120000; // a busy daemon is slow
 const kSilence_ms = 3000; // the daemon sends at least twice a second
 
 /**
@@ -77,6 +80,20 @@ export class Connection {
     throw new Error('the daemon sent no plan');
   }
 
+  /** The text of the present scene. */
+  async sceneSource(): Promise<SceneSource> {
+    const answer = await this.exchange({case: 'getScene', value: {}}, kBuildPatience_ms);
+    if (answer.$typeName === 'aprsim.v1.SceneSource') return answer;
+    throw new Error('the daemon sent no scene');
+  }
+
+  /** The cell of a scene's text, which the daemon builds beside the present one. */
+  async draftScene(text: string): Promise<SceneDraft> {
+    const answer = await this.exchange({case: 'draftScene', value: {text}}, kBuildPatience_ms);
+    if (answer.$typeName === 'aprsim.v1.SceneDraft') return answer;
+    throw new Error('the daemon sent no draft');
+  }
+
   private async exchange(body: Body, patience_ms: number): Promise<Answer> {
     const id = this.nextId++;
     const answer = await new Promise<Answer>((resolve, reject) => {
@@ -115,10 +132,14 @@ export class Connection {
       this.heard = performance.now();
       const update = fromBinary(ViewerUpdateSchema, new Uint8Array(event.data));
       const {body} = update;
-      if (body.case === 'outcome' || body.case === 'past' || body.case === 'preview') {
-        const answer = body.value;
-        this.waiting.get(answer.id)?.resolve(answer);
-        this.waiting.delete(answer.id);
+      switch (body.case) {
+        case 'outcome':
+        case 'past':
+        case 'preview':
+        case 'scene':
+        case 'draft':
+          this.waiting.get(body.value.id)?.resolve(body.value);
+          this.waiting.delete(body.value.id);
       }
       this.pass(update);
     };

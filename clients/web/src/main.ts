@@ -1,3 +1,4 @@
+import {EditorPanel} from './editor/editor_panel';
 import {makeView, type Layers} from './scene/cell_view';
 import {State} from './state';
 import {Access} from './ui/access';
@@ -63,6 +64,7 @@ const scenarios = h(
   new InjectCard(state, access).element,
   injected.element
 );
+const editor = new EditorPanel(state, access, view);
 const kScenarios = 6; // index of the panel
 const tabs = new Tabs(
   [
@@ -73,7 +75,8 @@ const tabs = new Tabs(
     {name: 'Charts', content: charts.element, docs: 'web_page.html'},
     {name: 'Faults', content: faults.element, docs: 'troubleshooting.html', mark: faults.count},
     {name: 'Scenarios', content: scenarios, docs: 'scenarios.html', mark: injected.count},
-    {name: 'Cameras', content: cameras.element, docs: 'cameras.html'}
+    {name: 'Cameras', content: cameras.element, docs: 'cameras.html'},
+    {name: 'Scene', content: editor.element, docs: 'web_page.html'}
   ],
   (name) => {
     cameras.show(name === 'Cameras');
@@ -152,7 +155,11 @@ const shortcuts = new Shortcuts(
       does: 'stop all robots and the belt; Escape first closes what is open',
       run: () => toolbar.stopCell()
     },
-    {keys: ['r'], does: 'the next robot', run: () => robotSwitch.chooseNext()},
+    {
+      keys: ['r'],
+      does: 'the next robot; in the scene editor, turn the chosen thing',
+      run: () => editor.turn() || robotSwitch.chooseNext()
+    },
     {keys: ['h'], does: 'initial view', run: () => view.goHome()},
     {
       keys: ['d'],
@@ -165,7 +172,7 @@ const shortcuts = new Shortcuts(
       run: () => toggleLayer(layer)
     })),
     {
-      keys: ['1', '2', '3', '4', '5', '6', '7', '8'],
+      keys: ['1', '2', '3', '4', '5', '6', '7', '8', '9'],
       does: 'the panels, from left to right',
       run: (key) => tabs.open(Number(key) - 1)
     },
@@ -174,6 +181,7 @@ const shortcuts = new Shortcuts(
   [
     () => robots.some((panel) => panel.closePreview()),
     () => pick.close(),
+    () => editor.close(),
     () => crcl.closeDetail() || modbus.closeDetail(),
     () => start.close()
   ]
@@ -186,6 +194,7 @@ toolbar.element.querySelector('.brand')!.addEventListener('click', (event) => {
 });
 
 const pick = new PickCard(state, view, robotSwitch);
+view.onPick = (picked) => editor.takePick(picked) || pick.show(picked);
 pick.onTarget = (name, position_R) => {
   tabs.open(0);
   robots[robotSwitch.chosen]?.setTarget(position_R);

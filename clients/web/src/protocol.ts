@@ -59,6 +59,8 @@ export type {
   Outcome,
   Permission,
   RegisterInfo,
+  SceneDraft,
+  SceneSource,
   ServerStatus,
   ViewerUpdate,
   Welcome,

@@ -11,6 +11,7 @@ import type {
   Permission,
   ProgramStatus,
   RegisterInfo,
+  SceneDraft,
   ServerStatus,
   Snapshot,
   Welcome,
@@ -44,6 +45,8 @@ export class State {
   live: Snapshot | null = null;
   /** Shown moment of the past; null = the present is shown. */
   past: Snapshot | null = null;
+  /** A scene that is edited is shown in place of the cell. */
+  draft = false;
   spans: HistorySpan[] = [];
   bookmarks: Bookmark[] = [];
   welcome: Welcome | null = null;
@@ -75,6 +78,8 @@ export class State {
   readonly bookmarksChanged = new Signal<Bookmark[]>();
   /** A moment of the past is shown, or the present again (null). */
   readonly pastChanged = new Signal<Snapshot | null>();
+  /** A draft is shown, or the cell again. */
+  readonly draftChanged = new Signal<boolean>();
   readonly wireEvents = new Signal<WireEvents>();
   /** About ten times a second, for text. */
   readonly display = new Signal<Snapshot>();
@@ -99,7 +104,11 @@ export class State {
 
   /** Reason why no command can be sent; empty where it can. */
   get lockedReason(): string {
-    return this.refusedReason || (this.past ? 'The past is shown: return to now first.' : '');
+    return (
+      this.refusedReason ||
+      (this.past ? 'The past is shown: return to now first.' : '') ||
+      (this.draft ? 'A draft of the scene is shown: leave the editor first.' : '')
+    );
   }
 
   /** The same reason, regardless of the past. */
@@ -109,8 +118,35 @@ export class State {
     return this.permission.control ? '' : this.permission.reason;
   }
 
+  /** Shows a draft of a scene, or the cell again (null). */
+  showDraft(draft: SceneDraft | null): void {
+    if (draft?.snapshot && draft.cell) {
+      const began = !this.draft;
+      if (began) this.showPast(null);
+      this.draft = true;
+      this.showCell(draft.cell, draft.appearance ?? null);
+      this.show(draft.snapshot, true);
+      if (began) this.draftChanged.emit(true);
+    } else {
+      if (!this.draft) return;
+      this.draft = false;
+      if (this.present.cell) this.showCell(this.present.cell, this.present.appearance);
+      if (this.live) this.show(this.live, true);
+      this.draftChanged.emit(false);
+    }
+    this.accessChanged.emit();
+  }
+
+  private showCell(cell: CellDescription, appearance: CellAppearance | null): void {
+    this.cell = cell;
+    this.appearance = appearance;
+    this.snapshot = null;
+    this.cellChanged.emit(cell);
+  }
+
   /** Shows a moment of the past, or the present (null). */
   showPast(moment: PastSnapshot | null): void {
+    if (moment) this.showDraft(null);
     const past = moment?.snapshot ?? null;
     if (!past && !this.past) return;
     const before = this.past;
@@ -130,11 +166,7 @@ export class State {
   }
 
   private turnTo(cell: CellDescription | null, appearance: CellAppearance | null): void {
-    if (!cell || isAlike(cell, this.cell)) return;
-    this.cell = cell;
-    this.appearance = appearance;
-    this.snapshot = null;
-    this.cellChanged.emit(cell);
+    if (cell && !isAlike(cell, this.cell)) this.showCell(cell, appearance);
   }
 
   private show(snapshot: Snapshot, atOnce = false): void {
@@ -189,7 +221,7 @@ export class State {
         this.returned = false;
         this.present.cell = body.value;
         // A lost connection does not end the view of the past.
-        if (returned && this.past) {
+        if ((returned && this.past) || this.draft) {
           this.live = null;
           break;
         }
@@ -203,7 +235,7 @@ export class State {
       }
       case 'snapshot':
         this.live = body.value;
-        if (!this.past) this.show(body.value);
+        if (!this.past && !this.draft) this.show(body.value);
         break;
       case 'history':
         this.spans = body.value.spans;

@@ -14,7 +14,7 @@ namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 using beast::error_code;
 
-constexpr std::size_t kMaxMessageBytes = std::size_t{16} * 1024;
+constexpr std::size_t kMaxMessageBytes = std::size_t{256} * 1024;  // room for a scene's text
 constexpr auto kWriteTimeout = std::chrono::seconds(10);
 // Kernel buffer for a slow viewer; data that waits there is stale.
 constexpr int kSendBufferBytes = 64 * 1024;
@@ -98,7 +98,8 @@ class BeastSocket final : public WebSocket, public std::enable_shared_from_this<
       events_.message({static_cast<const char*>(data.data()), data.size()});
     }
     input_.consume(input_.size());
-    if (!ended_) read();
+    // The close reads what still comes; a read that waits for it would outlive its timeout.
+    if (!ended_ && !closing_) read();
   }
 
   void on_write(const error_code& error) {

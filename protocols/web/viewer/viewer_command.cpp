@@ -132,11 +132,8 @@ std::optional<Bodies> commands_of(const v1::ViewerRequest& request, const api::S
       }));
     case v1::ViewerRequest::kSetSpeed:
       return one_of(protocols::command_of(request.set_speed(), snapshot));
-    case v1::ViewerRequest::kReset: {
-      api::Reset reset;
-      if (request.reset().has_seed()) reset.seed = request.reset().seed();
-      return one(api::SimulationCommand(reset));
-    }
+    case v1::ViewerRequest::kReset:
+      return one_of(protocols::command_of(request.reset(), snapshot));
     case v1::ViewerRequest::kSaveState:
       return one_of(protocols::command_of(request.save_state(), snapshot));
     case v1::ViewerRequest::kLoadState:

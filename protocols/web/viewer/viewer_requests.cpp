@@ -20,10 +20,20 @@ bool concerns_faults(const v1::ViewerRequest& request) {
   return request.has_inject_fault() || request.has_end_fault() || request.has_report_event();
 }
 
-/// Whether the answer comes later, from the cell or from the history.
-bool answered_later(const v1::ViewerRequest& request) {
+bool resets_to_scene(const v1::ViewerRequest& request) {
+  return request.reset().scene_case() != v1::ResetRequest::SCENE_NOT_SET;
+}
+
+/// Whether the outcome is read from the snapshot in which the command has been applied.
+bool is_awaited(const v1::ViewerRequest& request) {
+  return concerns_faults(request) || resets_to_scene(request);
+}
+
+/// Whether the answer comes later, or is another message than an outcome.
+bool answered_otherwise(const v1::ViewerRequest& request) {
   return request.jog().step() != 0 || request.has_past() || request.has_resume_from() ||
-         request.has_preview() || concerns_faults(request);
+         request.has_preview() || request.has_get_scene() || request.has_draft_scene() ||
+         is_awaited(request);
 }
 
 void send_outcome(Viewer& viewer, std::uint32_t id, const Result<void>& done) {
@@ -47,7 +57,8 @@ ViewerRequests::ViewerRequests(Context context, Events events)
     : context_(context),
       events_(std::move(events)),
       past_(context.options, context.instance_id),
-      previews_(context.options.previews) {
+      previews_(context.options.previews),
+      drafts_(context.options, context.instance_id) {
   const auto robots = static_cast<int>(context_.source.latest()->cell->robots.size());
   for (int robot = 0; robot < robots; ++robot) {
     joggers_.emplace_back(robot, context_.options.listener.endpoint, context_.sink,
@@ -59,7 +70,7 @@ void ViewerRequests::answer(Viewer& viewer, const v1::ViewerRequest& request) {
   const auto asked = Clock::now();
   ++context_.counts.requests;
   const auto done = execute(viewer, request);
-  if (done && answered_later(request)) return;
+  if (done && answered_otherwise(request)) return;
   context_.counts.answered(Clock::now() - asked, done.has_value());
   send_outcome(viewer, request.id(), done);
 }
@@ -74,6 +85,11 @@ Result<void> ViewerRequests::execute(Viewer& viewer, const v1::ViewerRequest& re
   if (request.has_past()) return allowed ? *past_.execute(viewer, request) : allowed;
   if (request.has_preview()) {
     return allowed ? previews_.ask(viewer.id(), request, *context_.source.latest()) : allowed;
+  }
+  if (request.has_get_scene()) return allowed ? send_scene(viewer, request.id()) : allowed;
+  if (request.has_draft_scene()) {
+    const auto& name = context_.source.latest()->cell->scene;
+    return allowed ? drafts_.build(viewer.id(), request, name) : allowed;
   }
   const auto done = allowed ? command(viewer, request) : allowed;
   record(context_.options, *context_.source.latest()->cell, viewer, request, done);
@@ -104,7 +120,7 @@ Result<void> ViewerRequests::command_world(const Viewer& viewer, const v1::Viewe
   for (const auto& body : **commands) {
     const auto ticket = context_.sink.submit({context_.options.listener.endpoint, body});
     if (!ticket && done) done = tl::unexpected(ticket.error());
-    if (ticket && concerns_faults(request)) {
+    if (ticket && is_awaited(request)) {
       awaited_.push_back({viewer.id(), request.id(), *ticket, Clock::now()});
     }
   }
@@ -168,6 +184,7 @@ void ViewerRequests::answer_waiting(const api::Snapshot& snapshot) {
   answer_awaited(snapshot);
   for (const PastRequests::Answer& answer : past_.take_answers()) answer_past(answer);
   for (const PreviewRequests::Answer& answer : previews_.take_answers()) answer_preview(answer);
+  for (const DraftRequests::Answer& answer : drafts_.take_answers()) answer_draft(answer);
 }
 
 void ViewerRequests::answer_awaited(const api::Snapshot& snapshot) {
@@ -212,6 +229,26 @@ void ViewerRequests::answer_preview(const PreviewRequests::Answer& answer) {
   viewer->send(update);
 }
 
+Result<void> ViewerRequests::send_scene(Viewer& viewer, std::uint32_t id) {
+  v1::ViewerUpdate update;
+  update.mutable_scene()->set_id(id);
+  const auto written =
+      drafts_.write_source(*context_.source.latest()->cell, *update.mutable_scene());
+  if (written) viewer.send(update);
+  return written;
+}
+
+void ViewerRequests::answer_draft(const DraftRequests::Answer& answer) {
+  const auto viewer = context_.viewers.find(answer.viewer);
+  if (!viewer) return;
+  if (!answer.draft) {
+    return send_outcome(*viewer, answer.request, tl::unexpected(answer.draft.error()));
+  }
+  v1::ViewerUpdate update;
+  drafts_.write(answer, *update.mutable_draft());
+  viewer->send(update);
+}
+
 void ViewerRequests::resume(const PastRequests::Answer& answer, Viewer& viewer) {
   const auto ticket = context_.sink.submit(
       {context_.options.listener.endpoint,
@@ -231,6 +268,7 @@ void ViewerRequests::forget(const Viewer& viewer) {
   release_jogs(viewer);
   past_.forget(viewer.id());
   previews_.forget(viewer.id());
+  drafts_.forget(viewer.id());
 }
 
 }  // namespace aprsim::web

@@ -9,6 +9,7 @@
 #include "protocols/conveyor/conveyor_device.hpp"
 #include "protocols/web/http/web_counts.hpp"
 #include "protocols/web/jog/jogger.hpp"
+#include "protocols/web/viewer/draft_requests.hpp"
 #include "protocols/web/viewer/past_requests.hpp"
 #include "protocols/web/viewer/preview_requests.hpp"
 #include "protocols/web/viewer/viewer_access.hpp"
@@ -73,6 +74,8 @@ class ViewerRequests {
   void answer_awaited(const api::Snapshot& snapshot);
   void answer_past(const PastRequests::Answer& answer);
   void answer_preview(const PreviewRequests::Answer& answer);
+  [[nodiscard]] Result<void> send_scene(Viewer& viewer, std::uint32_t id);
+  void answer_draft(const DraftRequests::Answer& answer);
   void resume(const PastRequests::Answer& answer, Viewer& viewer);
 
   Context context_;
@@ -81,6 +84,7 @@ class ViewerRequests {
   std::vector<Awaited> awaited_;
   PastRequests past_;
   PreviewRequests previews_;
+  DraftRequests drafts_;
 };
 
 }  // namespace aprsim::web

@@ -1,6 +1,7 @@
 // The view of the cell as the rest of the page uses it, with or without WebGL.
 import type {MovePlan} from '../protocol';
 import type {State} from '../state';
+import type {Grabber} from './dragging';
 import {isWebGlAvailable} from './quality';
 import {View} from './view';
 
@@ -30,6 +31,8 @@ export interface CellView {
   setTheme(dark: boolean): void;
   setLayer(name: keyof Layers, on: boolean): void;
   select(pick: Pick | null): void;
+  /** From now on decides what the pointer drags; null = nothing. */
+  setGrabber(grabber: Grabber | null): void;
   clearTrails(): void;
   goHome(): void;
   focusRobot(index: number): void;
@@ -70,6 +73,7 @@ class BlankView implements CellView {
   setTheme(): void {}
   setLayer(): void {}
   select(): void {}
+  setGrabber(): void {}
   clearTrails(): void {}
   goHome(): void {}
   focusRobot(): void {}

@@ -6,12 +6,19 @@ let source: ModelSource = async (robot) => {
   if (!answer.ok) throw new Error(`no model of ${robot}`);
   return answer.text();
 };
+let drafts = new Map<string, string>();
 
 export function setModelSource(other: ModelSource): void {
   source = other;
 }
 
+/** Descriptions of robots that only a draft of the scene has. */
+export function setDraftModels(models: {robot: string; text: string}[]): void {
+  drafts = new Map(models.map(({robot, text}) => [robot, text]));
+}
+
 /** Description (URDF) of a robot; rejects where there is none. */
 export function modelOf(robot: string): Promise<string> {
-  return source(robot);
+  const draft = drafts.get(robot);
+  return draft === undefined ? source(robot) : Promise.resolve(draft);
 }

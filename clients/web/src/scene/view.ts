@@ -7,6 +7,7 @@ import type {CellView, Layers, Pick} from './cell_view';
 import {looksDifferent} from './changes';
 import {Contacts} from './contacts';
 import {toQuaternion, toVector} from './convert';
+import {Dragging, type Grabber} from './dragging';
 import {Fineness} from './fineness';
 import {cornersOf, fitted, kUp, type Picture} from './framing';
 import {Goals} from './goals';
@@ -94,6 +95,8 @@ export class View implements CellView {
   private size = '';
   private taken: Snapshot | null = null;
   private loading = 0;
+  private readonly dragging: Dragging;
+  private built: CellDescription | null = null; // whose robots are drawn
   private readonly lost = document.createElement('p');
 
   constructor(
@@ -133,6 +136,17 @@ export class View implements CellView {
     this.fineness = new Fineness(software ? 0.8 : Math.min(devicePixelRatio, 2), adaptive);
     this.setTheme(true);
     this.listenForPicks();
+    this.dragging = new Dragging({
+      canvas: this.renderer.domElement,
+      controls: this.controls,
+      rayAt: (event) => this.rayAt(event),
+      hit: (ray) => this.hit(ray),
+      find: (pick) => this.find(pick),
+      redraw: () => {
+        if (this.selected) this.highlight.setFromObject(this.selected);
+        this.dirty = true;
+      }
+    });
     this.listenForContextLoss();
     state.cellChanged.on((cell) => this.build(cell));
     state.snapshotChanged.on((snapshot) => {
@@ -180,6 +194,10 @@ export class View implements CellView {
   film(rate_hz: number): MediaStream {
     this.dirty = true;
     return this.renderer.domElement.captureStream(rate_hz);
+  }
+
+  setGrabber(grabber: Grabber | null): void {
+    this.dragging.grabber = grabber;
   }
 
   clearTrails(): void {
@@ -388,23 +406,19 @@ export class View implements CellView {
     this.taken = null;
     this.ghosts.clear();
     this.scene.remove(this.content);
+    for (const tool of this.tools) tool.root.removeFromParent();
+    const kept = this.keptRobots(cell);
+    for (const robot of kept) robot?.root.removeFromParent().position.set(0, 0, 0);
     this.content.traverse((object) => (object as Partial<THREE.Mesh>).geometry?.dispose());
     this.content = new THREE.Group();
-    this.robots = cell.robots.map((robot, i) => new RobotModel(robot, i));
+    this.robots = cell.robots.map((robot, i) => kept[i] ?? new RobotModel(robot, i));
     this.tools = cell.tools.map((tool) => new ToolModel(tool));
     for (const tool of this.tools) this.content.add(tool.root);
-    for (const robot of this.robots) {
+    this.robots.forEach((robot, i) => {
       this.content.add(robot.root);
-      ++this.loading;
-      robot
-        .load()
-        .catch((problem: Error) => this.onProblem(problem.message))
-        .finally(() => {
-          --this.loading;
-          if (this.state.snapshot) this.take(this.state.snapshot);
-          this.selected = null;
-        });
-    }
+      if (!kept[i]) this.load(robot);
+    });
+    this.built = cell;
     this.parts = new Parts(cell, this.state.appearance);
     this.belt = cell.conveyor ? new Belt(cell.conveyor) : null;
     this.cameras = new Cameras(cell, this.state.appearance, kRobotColors);
@@ -436,6 +450,30 @@ export class View implements CellView {
     this.applyLayers();
     this.select(null);
     this.unframed = true;
+  }
+
+  private load(robot: RobotModel): void {
+    ++this.loading;
+    robot
+      .load()
+      .catch((problem: Error) => this.onProblem(problem.message))
+      .finally(() => {
+        --this.loading;
+        if (this.state.snapshot) this.take(this.state.snapshot);
+        this.selected = null;
+      });
+  }
+
+  /** The present robots that a cell has too, by its indices: while a scene is edited, most of them. */
+  private keptRobots(cell: CellDescription): (RobotModel | undefined)[] {
+    if (this.loading > 0 || !this.state.draft) return [];
+    const text = (value: unknown): string =>
+      JSON.stringify(value, (_, inner: unknown) =>
+        typeof inner === 'bigint' ? String(inner) : inner
+      );
+    return cell.robots.map((robot, i) =>
+      text(robot) === text(this.built?.robots[i]) ? this.robots[i] : undefined
+    );
   }
 
   /** Sets the light, and the initial view of a new scene. */
@@ -523,24 +561,31 @@ export class View implements CellView {
     canvas.addEventListener('pointerdown', (e) => (down = {x: e.clientX, y: e.clientY}));
     canvas.addEventListener('pointerup', (e) => {
       if (Math.hypot(e.clientX - down.x, e.clientY - down.y) > 5) return;
-      const area = canvas.getBoundingClientRect();
-      const at = new THREE.Vector2(
-        ((e.clientX - area.left) / area.width) * 2 - 1,
-        1 - ((e.clientY - area.top) / area.height) * 2
-      );
-      const ray = new THREE.Raycaster();
-      ray.setFromCamera(at, this.camera);
-      let pick: Pick | null = null;
-      for (const hit of ray.intersectObject(this.content, true)) {
-        if (!(hit.object instanceof THREE.Mesh) || hit.object instanceof THREE.InstancedMesh)
-          continue;
-        for (let o: THREE.Object3D | null = hit.object; o && !pick; o = o.parent)
-          pick = o.userData.pick ?? null;
-        if (pick) break;
-      }
+      const pick = this.hit(this.rayAt(e))?.pick ?? null;
       this.select(pick);
       this.onPick(pick);
     });
+  }
+
+  private rayAt(event: PointerEvent): THREE.Raycaster {
+    const area = this.renderer.domElement.getBoundingClientRect();
+    const at = new THREE.Vector2(
+      ((event.clientX - area.left) / area.width) * 2 - 1,
+      1 - ((event.clientY - area.top) / area.height) * 2
+    );
+    const ray = new THREE.Raycaster();
+    ray.setFromCamera(at, this.camera);
+    return ray;
+  }
+
+  /** The nearest object on a ray. */
+  private hit(ray: THREE.Raycaster): {pick: Pick; point: THREE.Vector3} | null {
+    for (const {object, point} of ray.intersectObject(this.content, true)) {
+      if (!(object instanceof THREE.Mesh) || object instanceof THREE.InstancedMesh) continue;
+      for (let o: THREE.Object3D | null = object; o; o = o.parent)
+        if (o.userData.pick) return {pick: o.userData.pick as Pick, point};
+    }
+    return null;
   }
 
   private resize(): void {

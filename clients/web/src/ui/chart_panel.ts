@@ -263,6 +263,7 @@ export class ChartPanel implements ChartHost {
   }
 
   private take(snapshot: Snapshot): void {
+    if (this.state.draft) return;
     const record = this.recordOf(snapshot.epoch);
     record.add(simTime(snapshot), snapshot);
     const {past, live} = this.state;

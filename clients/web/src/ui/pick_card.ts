@@ -40,7 +40,6 @@ export class PickCard {
       this.facts.element,
       h('div', {class: 'row'}, this.target)
     );
-    this.view.onPick = (pick) => this.show(pick);
     robots.changed.on(() => this.show(this.pick));
     state.display.on((snapshot) => this.update(snapshot));
     state.cellChanged.on(() => this.show(null));
@@ -54,7 +53,7 @@ export class PickCard {
     return true;
   }
 
-  private show(pick: Pick | null): void {
+  show(pick: Pick | null): void {
     this.pick = pick;
     this.element.hidden = pick === null;
     this.facts.element.replaceChildren();

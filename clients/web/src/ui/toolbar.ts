@@ -264,14 +264,7 @@ export class Toolbar {
 
   private show(snapshot: Snapshot): void {
     text(this.time, simSeconds(simTime(snapshot)));
-    text(
-      this.factor,
-      this.state.past
-        ? 'past'
-        : snapshot.paused
-          ? 'paused'
-          : `${snapshot.realTimeFactor.toFixed(2)}×`
-    );
+    text(this.factor, this.pace(snapshot));
     text(
       this.step,
       snapshot.stepTime
@@ -281,9 +274,15 @@ export class Toolbar {
     const paused = this.state.live?.paused ?? snapshot.paused;
     text(this.play, paused ? 'Play' : 'Pause');
     this.play.classList.toggle('paused', paused);
-    if (this.state.past) return;
+    if (this.state.past || this.state.draft) return;
     const speed = snapshot.speedTarget === undefined ? 'max' : String(snapshot.speedTarget);
     if (document.activeElement !== this.speed && this.speed.value !== speed) this.showSpeed(speed);
+  }
+
+  private pace(snapshot: Snapshot): string {
+    if (this.state.draft) return 'draft';
+    if (this.state.past) return 'past';
+    return snapshot.paused ? 'paused' : `${snapshot.realTimeFactor.toFixed(2)}×`;
   }
 
   /** Shows a speed that another client has set and that the list lacks. */

@@ -1,4 +1,5 @@
 #include "tests/support/access_with.hpp"
+#include "tests/support/eventually.hpp"
 #include "tests/unit/protocols/web/web_fixture.hpp"
 
 namespace aprsim {
@@ -301,12 +302,21 @@ TEST_F(Viewer, IsClosedForNonsenseAndFloods) {
   EXPECT_TRUE(nonsense.closed());
   RawWebClient large(port);
   (void)large.upgrade();
-  large.send_frame(2, std::string(60'000, 'x'));
+  large.send_frame(2, std::string(300'000, 'x'));
   EXPECT_TRUE(large.closed());
   RawWebClient flood(port);
   (void)flood.upgrade();
   for (int i = 0; i < 1000; ++i) flood.send(pause());
   EXPECT_TRUE(flood.closed());
+}
+
+TEST_F(Viewer, IsDroppedThatDoesNotAnswerAClose) {
+  start();
+  RawWebClient silent(port);
+  (void)silent.upgrade();
+  silent.send_frame(2, "\xff\xff\xff\xff");
+  silent.send_frame(2, "\xff\xff\xff\xff");
+  EXPECT_TRUE(test::eventually([this] { return server->stats().open == 0; }));
 }
 
 TEST_F(Viewer, OneThatTakesNothingDelaysNoOther) {
