@@ -1,13 +1,11 @@
 """Real robots and belts beside the simulated ones, with second daemons as the real side."""
 
-import contextlib
 import json
 import math
 import os
 import pathlib
 import random
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -18,17 +16,16 @@ import numpy as np
 from aprsim import BadArgument, Cell, Daemon, Refused, RobotError, TrajectoryError
 from aprsim.binaries import find_binary
 from aprsim.real.belt_mirror import BeltMirror
-from aprsim.real.crcl_status import StatusReader, get_status
+from aprsim.real.crcl_status import StatusReader, crcl_source, get_status
 from aprsim.real.deviation import Comparison
 from aprsim.real.devices import DeviceLies, DeviceLost, address
 from aprsim.real.pacing import Pacing
 from aprsim.real.relay import Documents, Relay, question
 from aprsim.real.robot_mirror import RobotMirror
-from aprsim.real.shadow import Shadow
+from aprsim.real.shadow import Shadow, tool_of
 from aprsim.real.wire_joints import WireJoints
+from real_support import HOST, Disturbed
 from running_cell import PATIENCE, WithCell, await_that
-
-HOST = "127.0.0.1"
 
 
 class JointStreamTest(WithCell):
@@ -90,14 +87,15 @@ class WireJointsTest(unittest.TestCase):
                 text = cell.scene_text()
                 for robot in cell.description.robots:
                     joints = WireJoints.of_scene(text, robot.name, len(robot.joints))
-                    with StatusReader(HOST, cell.endpoints.crcl_port(robot.name), 60 * PATIENCE) as reader:
+                    port = cell.endpoints.crcl_port(robot.name)
+                    with StatusReader(HOST, port, 60 * PATIENCE, joints) as reader:
                         for _ in range(4):
                             with cell.open_joint_stream(robot.name, reset=True) as stream:
                                 here = cell.snapshot(["robots"]).robot(robot.name).joints_rad
                                 turn = np.array([chance.uniform(-0.1, 0.1) for _ in here])
                                 stream.append(here + turn, 2.0, 0 * here)
                                 cell.step(2100)
-                            counted = joints.positions_rad(reader.read().status.joints)
+                            counted = reader.read().joints_rad
                             here = cell.snapshot(["robots"]).robot(robot.name).joints_rad
                             np.testing.assert_allclose(counted, here, atol=2e-6, err_msg=f"{scene} {robot.name}")
 
@@ -214,7 +212,7 @@ class ComparisonTest(unittest.TestCase):
                 self.assertTrue(found, (seed, late_s))
                 words = "simulated" if late_s > 0 else "real"
                 # In the first motion; later alarms may call the beginning of a motion a distance.
-                self.assertTrue(any(f"the {words} robot is" in text for _, text in found), found[:3])
+                self.assertTrue(any(f"the {words} one is" in text for _, text in found), found[:3])
                 self.assertLess(found[0][0], 1.0)
 
 
@@ -257,46 +255,6 @@ class RelayTest(unittest.TestCase):
                 address(text)
 
 
-class Disturbed:
-    """A TCP relay in front of the real robot that can be made to lie, to stall and to drop."""
-
-    def __init__(self, port):
-        self.port, self.change, self.stalls = port, None, threading.Event()
-        self._sockets, self._listener = [], socket.create_server((HOST, 0))
-        self.listens = self._listener.getsockname()[1]
-        threading.Thread(target=self._accept, daemon=True).start()
-
-    def _accept(self):
-        with contextlib.suppress(OSError):
-            while True:
-                near, _ = self._listener.accept()
-                far = socket.create_connection((HOST, self.port))
-                self._sockets += [near, far]
-                for one, other, back in ((near, far, False), (far, near, True)):
-                    threading.Thread(target=self._pass, args=(one, other, back), daemon=True).start()
-
-    def _pass(self, one, other, back):
-        with contextlib.suppress(OSError):
-            while data := one.recv(1 << 16):
-                if back and not self.stalls.is_set():
-                    other.sendall(self.change(data) if self.change else data)
-                elif not back:
-                    other.sendall(data)
-        with contextlib.suppress(OSError):
-            other.shutdown(socket.SHUT_RDWR)
-
-    def drop(self):
-        for one in self._sockets:
-            with contextlib.suppress(OSError):
-                one.shutdown(socket.SHUT_RDWR)
-            one.close()
-        self._sockets.clear()
-
-    def close(self):
-        self._listener.close()
-        self.drop()
-
-
 class BesideTest(unittest.TestCase):
     """Two daemons in real time: one plays the real side."""
 
@@ -315,11 +273,13 @@ class BesideTest(unittest.TestCase):
         self.addCleanup(self.ended.set)
 
     def mirror(self, port, patience_s=60 * PATIENCE):
-        mirror = RobotMirror(
-            self.cell, "fanuc", HOST, port, period_s=0.02, patience_s=patience_s, report=self.told.append
-        )
+        mirror = RobotMirror(self.cell, "fanuc", self.source(port, patience_s), report=self.told.append)
         self.start(mirror)
         return mirror
+
+    def source(self, port, patience_s=60 * PATIENCE):
+        joints = WireJoints.of_cell(self.cell, "fanuc")
+        return crcl_source(HOST, port, joints, period_s=0.02, patience_s=patience_s)
 
     def joints(self, cell):
         return cell.snapshot(["robots"]).robot("fanuc").joints_rad
@@ -413,8 +373,8 @@ class BesideTest(unittest.TestCase):
         simulated = (HOST, self.cell.endpoints.crcl_port("fanuc"))
         # Two daemons on a busy machine need not keep the same time.
         shadow = Shadow(
-            real, simulated, Comparison(most_distance_m=1.5e-3, most_delay_s=10), period_s=0.02,
-            patience_s=60 * PATIENCE, report=self.told.append,
+            self.source(real[1]), self.source(simulated[1]),
+            Comparison(most_distance_m=1.5e-3, most_delay_s=10), place=tool_of, report=self.told.append,
         )
         with Relay((HOST, 0), real, allow_commands=True, copy=simulated, report=self.told.append) as relay:
             with Cell.connect(self.theirs.ports_file, crcl_ports={"fanuc": relay.port}) as controller:
@@ -448,7 +408,7 @@ class BesideTest(unittest.TestCase):
                 self.assertEqual(running.wait(60 * PATIENCE), code, words)
         missing = str(pathlib.Path(self.folder) / "none.json")
         for words, code, told in (
-            (["mirror", "fanuc", "robot", "--ports-file", self.ours.ports_file], 2, "HOST:PORT"),
+            (["mirror", "fanuc", "robot", "--ports-file", self.ours.ports_file], 2, "address: 'robot'"),
             (["mirror", "arm", f"{HOST}:{port}", "--ports-file", self.ours.ports_file], 2, "arm"),
             (["mirror", "fanuc", f"{HOST}:{port}", "--ports-file", missing], 2, "none.json"),
             (["shadow", "fanuc", f"{HOST}:{port}", "--rate", "0", "--ports-file", self.ours.ports_file], 2, "rate"),

@@ -53,3 +53,10 @@ class DeviceSocket(Closing):
         if not data:
             raise DeviceLost(f"{self.address}: the connection has ended")
         return data
+
+    def exactly(self, count: int) -> bytes:
+        """So many bytes of the answer. Raises DeviceLost."""
+        data = b""
+        while len(data) < count:
+            data += self.receive(count - len(data))
+        return data

@@ -14,9 +14,9 @@ class DeviceLies(AprsimError):
     """A real device tells values that no such device can have."""
 
 
-def address(text: str) -> tuple[str, int]:
-    """Host and port of HOST:PORT. Raises BadArgument."""
+def address(text: str, *, free: bool = False) -> tuple[str, int]:
+    """Host and port of HOST:PORT; `free`: port 0, any free one, is possible. Raises BadArgument."""
     host, colon, port = text.rpartition(":")
-    if not colon or not port.isdecimal() or not 0 < int(port) < 65536:
+    if not colon or not port.isdecimal() or not (0 if free else 1) <= int(port) < 65536:
         raise BadArgument(f"address: '{text}', where HOST:PORT is expected")
     return checked_host(host), int(port)

@@ -10,7 +10,6 @@ from typing import Callable
 
 import numpy as np
 
-from ..calibration.crcl_documents import Status
 from ..calls import robot_named
 from ..cell import Cell
 from ..errors import Refused
@@ -18,10 +17,9 @@ from ..joint_stream import JointStream
 from ..poses import Array
 from ..trajectories import TrajectoryError
 from ..v1 import trajectory_pb2
-from .crcl_status import Reading, StatusReader
 from .devices import DeviceLies, DeviceLost
 from .pacing import Pacing
-from .wire_joints import WireJoints
+from .robot_source import RobotReader, RobotReading, RobotSource
 
 RETRY_S = 1.0
 """Between two attempts with a device that is lost, or a robot that is stopped."""
@@ -33,22 +31,18 @@ Report = Callable[[str], None]
 
 
 class RobotMirror:
-    """Reads a real robot's statuses by CRCL and lets the cell's robot of that name follow its joints and
-    its gripper. A device that is lost, or that tells impossible values, is reported; the robot stops
+    """Reads a real robot's states and lets the cell's robot of that name follow its joints and its
+    gripper. A device that is lost, or that tells impossible values, is reported; the robot stops
     until it is back. A robot that somebody stops in the cell is taken again when it is free. Thread: one
     at a time."""
 
-    def __init__(
-        self, cell: Cell, robot: str, host: str, port: int, *, period_s: float, patience_s: float, report: Report
-    ) -> None:
+    def __init__(self, cell: Cell, robot: str, source: RobotSource, *, report: Report) -> None:
         description = robot_named(cell.description, robot)
         limits = [[joint.lower_rad, joint.upper_rad, joint.max_speed_rad_s] for joint in description.joints]
         lower_rad, upper_rad, speed_rad_s = np.array(limits).T
-        self._pacing = Pacing(lower_rad, upper_rad, speed_rad_s, period_s + _MARGIN_S)
-        self._joints = WireJoints.of_scene(cell.scene_text(), robot, len(limits))
+        self._pacing = Pacing(lower_rad, upper_rad, speed_rad_s, source.period_s + _MARGIN_S)
         self._cell, self._robot = cell, robot
-        self._host, self._port = host, port
-        self._period_s, self._patience_s = period_s, patience_s
+        self._source, self._period_s = source, source.period_s
         self._report = report
         self._told = ""
         self._left_until_s, self._moves, self._measured_s = 0.0, False, 0.0
@@ -61,7 +55,7 @@ class RobotMirror:
         resets = True  # an error that was there before
         while not ended.is_set():
             try:
-                with StatusReader(self._host, self._port, self._patience_s) as reader:
+                with self._source.open() as reader:
                     self._follow(reader, ended, resets)
             except (DeviceLost, DeviceLies) as error:
                 self._tell(f"{self._robot}: the real robot is lost: {error}")
@@ -80,7 +74,7 @@ class RobotMirror:
             self._told = text
             self._report(text)
 
-    def _follow(self, reader: StatusReader, ended: threading.Event, resets: bool) -> None:
+    def _follow(self, reader: RobotReader, ended: threading.Event, resets: bool) -> None:
         commander = f"mirror of {reader.address}"
         with self._cell.open_joint_stream(self._robot, commander=commander, reset=resets) as stream:
             reading, postures = self._approach(stream, reader, ended)
@@ -89,10 +83,8 @@ class RobotMirror:
             next_s = time.monotonic()
             while not ended.is_set():
                 before, (reading, target) = reading, self._read(reader)
-                self._pacing.check_speed(
-                    self._posture(before), self._posture(reading), reading.at_s - before.at_s
-                )
-                self._follow_gripper(reading.status)
+                self._pacing.check_speed(before.joints_rad, reading.joints_rad, reading.at_s - before.at_s)
+                self._follow_gripper(reading)
                 stream.require_open()
                 try:
                     self._append(stream, postures, (reading.at_s, target))
@@ -100,8 +92,9 @@ class RobotMirror:
                     self._await_rest(error, ended)
                     stream.restart()
                     reading, postures = self._approach(stream, reader, ended)
-                next_s = max(next_s + self._period_s, time.monotonic())
-                ended.wait(next_s - time.monotonic())
+                if not reader.pushes:
+                    next_s = max(next_s + self._period_s, time.monotonic())
+                    ended.wait(next_s - time.monotonic())
 
     def _await_rest(self, error: Refused, ended: threading.Event) -> None:
         """A device that was slow has let the robot run out of postures: it brakes before it takes more.
@@ -132,8 +125,8 @@ class RobotMirror:
         self._moves = bool((velocity_rad_s != 0).any())
 
     def _approach(
-        self, stream: JointStream, reader: StatusReader, ended: threading.Event
-    ) -> tuple[Reading, deque[tuple[float, Array]]]:
+        self, stream: JointStream, reader: RobotReader, ended: threading.Event
+    ) -> tuple[RobotReading, deque[tuple[float, Array]]]:
         """Slowly to where the real robot is, until that is slow itself: nobody can join it at full speed.
         The last reading, and where the robot is then."""
         here = self._cell.snapshot(["robots"]).robot(self._robot).joints_rad
@@ -147,20 +140,17 @@ class RobotMirror:
             here = target
             ended.wait(max(self._left_until_s - time.monotonic(), 0.0))
 
-    def _posture(self, reading: Reading) -> Array:
-        return self._joints.positions_rad(reading.status.joints)
-
-    def _read(self, reader: StatusReader) -> tuple[Reading, Array]:
+    def _read(self, reader: RobotReader) -> tuple[RobotReading, Array]:
         reading = reader.read()
-        target = self._pacing.checked(self._posture(reading))
+        target = self._pacing.checked(reading.joints_rad)
         return reading, target
 
-    def _follow_gripper(self, status: Status) -> None:
+    def _follow_gripper(self, reading: RobotReading) -> None:
         """As it is commanded; where that is not reported, as its fingers are. Sends changes alone."""
-        setting = status.gripper_setting
-        if setting is None and status.separation_m is not None:
-            self._widest_m = max(self._widest_m, status.separation_m)
-            setting = 1.0 if status.separation_m > self._widest_m - _OPEN_M else 0.0
+        setting = reading.gripper_setting
+        if setting is None and reading.separation_m is not None:
+            self._widest_m = max(self._widest_m, reading.separation_m)
+            setting = 1.0 if reading.separation_m > self._widest_m - _OPEN_M else 0.0
         if setting is None or not 0 <= setting <= 1 or setting == self._setting:
             return
         self._cell.switch_gripper(self._robot, setting)
