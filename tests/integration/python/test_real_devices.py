@@ -112,14 +112,18 @@ class SimpleMessageTest(Beside):
                 self.await_same(robot)
 
     def test_a_gripper_is_mirrored(self):
+        """The ports serve one client, so that the controller is gone before the mirror comes."""
         controller = self.client(self.port("gripper.motoman"))
         for address, value in ((10012, 1), (10010, 0), (10011, 1)):
             controller.ask(message(2005, struct.pack(">2i", address, value)))
-        self.build(self.settings("motoman", "mirror"))
-        await_that(lambda: self.gripper(self.cell, "motoman") == 0, "closed")
-        for address, value in ((10011, 0), (10010, 1)):
-            controller.ask(message(2005, struct.pack(">2i", address, value)))
-        await_that(lambda: self.gripper(self.cell, "motoman") == 1, "open")
+        controller.close()
+        controller = self.client(self.port("gripper.fanuc"), Words)
+        controller.ask(struct.pack(">i", 1))
+        controller.close()
+        for robot in WIRES:
+            self.assertEqual(self.gripper(self.cell, robot), 1)
+            self.build(self.settings(robot, "mirror"))
+            await_that(lambda: self.gripper(self.cell, robot) == 0, f"{robot} closed: {self.told}")
 
     def fanuc_point(self, sequence, joints):
         counted = np.array(joints)
@@ -157,7 +161,7 @@ class SimpleMessageTest(Beside):
         self.assertEqual(struct.unpack_from(">4i", motion.ask(self.fanuc_point(1, goal))), (56, 10, 3, 1))
         await_that(lambda: np.abs(self.joints(self.real, "fanuc") - goal).max() < 1e-3, "the real one")
         self.await_same("fanuc")
-        gripper = self.client(self.listening("fanuc: controllers (gripper)"), lambda: Words())
+        gripper = self.client(self.listening("fanuc: controllers (gripper)"), Words)
         self.assertEqual(gripper.ask(struct.pack(">i", 1)), struct.pack(">i", 1))
         await_that(lambda: self.gripper(self.real, "fanuc") == 0, "the real gripper")
         await_that(lambda: self.gripper(self.cell, "fanuc") == 0, "ours")
@@ -185,7 +189,7 @@ class SimpleMessageTest(Beside):
             await_that(lambda: np.abs(self.joints(cell, "motoman") - start - turn).max() < 1e-4, self.told)
         self.assertFalse([text for text in self.told if "refuses" in text], self.told)
         await_that(lambda: device.state() == "does the same", self.told)
-        motion.ask(control(200122))
+        await_that(lambda: result_of(motion.ask(control(200122))) == (0, 0), "the real one's end")
         await_that(
             lambda: self.cell.snapshot(["robots"]).robot("motoman").message.motion.stream == 0, "the copy's end"
         )
@@ -244,6 +248,29 @@ class BeltTest(Beside):
         self.assertFalse(self.belt(self.real).run)
         self.real.set_conveyor(True, forward=False, speed_m_s=0.05)
         await_that(lambda: self.belt(self.cell).run and device.state() == "follows", "the mirror of the proxy")
+
+
+    def test_a_disturbed_plc_stops_the_belt_alone(self):
+        disturbed = self.disturbed("modbus")
+        settings = BeltSettings(source="mirror", address=(HOST, disturbed.listens), patience_s=2 * PATIENCE)
+        device = self.build(settings)
+        self.real.set_conveyor(True, forward=True, speed_m_s=0.1)
+        await_that(lambda: self.belt(self.cell).run, self.told)
+        disturbed.drop()
+        self.await_told("the real PLC is lost")
+        await_that(lambda: self.belt(self.cell).run, "it is back")
+        disturbed.stalls.set()
+        self.await_told("no answer within")
+        await_that(lambda: not self.belt(self.cell).run, "it stands")
+        disturbed.stalls.clear()
+        await_that(lambda: self.belt(self.cell).run, "it is back")
+        for lie in (b"\xff" * 8, bytes(12)):
+            self.told.clear()
+            disturbed.change = lambda data, lie=lie: lie
+            self.await_told("the real PLC is lost")
+            disturbed.change = None
+            await_that(lambda: device.state() == "follows", self.told)
+            await_that(lambda: self.belt(self.cell).run, "it is back")
 
 
 class CameraTest(Beside):

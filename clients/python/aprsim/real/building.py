@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -51,6 +52,8 @@ class Beside:
     """A word or two for the user."""
     alarms: Callable[[], int] = lambda: 0
     """How often the real and the simulated one have parted."""
+    latency_s: Callable[[], float] = lambda: math.nan
+    """Median time from a measurement to the cell; NaN = unknown."""
 
 
 class Builder:
@@ -179,7 +182,7 @@ class Builder:
 
     def _mirrored(self, one: RobotSettings, source: RobotSource) -> Beside:
         mirror = RobotMirror(self._cell, one.name, source, report=self._report)
-        return Beside(one.name, mirror.run, _follows(mirror))
+        return Beside(one.name, mirror.run, _follows(mirror), latency_s=mirror.latency_s)
 
     def _shadowed(self, name: str, shadow: Shadow[Any]) -> Beside:
         return Beside(name, shadow.run, lambda: shadow.state, lambda: shadow.alarms)

@@ -72,7 +72,7 @@ class CameraMirror:
 
     def _follow(self, seen: list[Seen]) -> None:
         snapshot = self._cell.snapshot(["bodies", "robots", "sim_time"])
-        known = {one.name for one in self._cell.description.body_types}
+        known = set(self._cell.description.body_types)
         unknown = sorted({one.type_name for one in seen} - known)
         if unknown:
             self._tell_camera(f"no type {', '.join(unknown)} in the cell")

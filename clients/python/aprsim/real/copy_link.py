@@ -6,6 +6,7 @@ import contextlib
 import queue
 import socket
 import threading
+import time
 from typing import Callable
 
 from ..errors import AprsimError
@@ -16,8 +17,9 @@ _ANSWER_S = 30.0  # a simulated controller holds an answer back while it moves
 _AGAIN_S = 0.005
 
 Exchange = Callable[[socket.socket, bytes], str]
-"""Sends a request and returns how it ends: empty, BUSY, or a refusal's text. Raises OSError."""
-BUSY = "busy"
+"""Sends a request and returns why it is refused; empty = it is not. Raises OSError."""
+LATER = "not yet: "
+"""Begin of a refusal after which the same request may be taken."""
 
 
 class Copy:
@@ -70,8 +72,9 @@ class Copy:
         if self._exchange is None:
             self._socket.sendall(data)
             return
-        while (told := self._exchange(self._socket, data)) == BUSY:
-            threading.Event().wait(_AGAIN_S)
+        deadline_s = time.monotonic() + _ANSWER_S
+        while (told := self._exchange(self._socket, data)).startswith(LATER) and time.monotonic() < deadline_s:
+            time.sleep(_AGAIN_S)
         if told:
             self._report(f"{self._link.peer}: the simulated one refuses a copy: {told}")
 

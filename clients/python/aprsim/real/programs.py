@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from typing import Sequence
 
@@ -36,6 +37,9 @@ def run_all(devices: Sequence[Beside], ended: threading.Event, report: Report) -
             report(f"status: {states}")
     for thread in threads:
         thread.join()
+    for one in devices:
+        if math.isfinite(late_s := one.latency_s()):
+            report(f"{one.name}: followed {1e3 * late_s:.0f} ms after its measurements (median)")
     if errors:
         raise errors[0] if isinstance(errors[0], AprsimError) else AprsimError(repr(errors[0])) from errors[0]
     return sum(one.alarms() for one in devices)

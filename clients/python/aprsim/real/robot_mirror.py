@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import statistics
 import threading
 import time
 from collections import deque
@@ -24,6 +25,7 @@ from .robot_source import RobotReader, RobotReading, RobotSource
 RETRY_S = 1.0
 """Between two attempts with a device that is lost, or a robot that is stopped."""
 _MARGIN_S = 0.005  # for the way of a measurement to the cell
+_LATENCIES = 1000
 _OPEN_M = 1e-3  # a gripper within this of its greatest opening counts as open
 
 Report = Callable[[str], None]
@@ -47,8 +49,15 @@ class RobotMirror:
         self._told = ""
         self._left_until_s, self._moves, self._measured_s = 0.0, False, 0.0
         self._widest_m, self._setting = 0.0, math.nan
+        self._latencies: deque[float] = deque(maxlen=_LATENCIES)
         self.follows = threading.Event()
         """Set while the cell's robot follows the real one."""
+
+    def latency_s(self) -> float:
+        """Median time from a measurement to the posture in the cell, of the latest motions; NaN before one.
+        Thread: any."""
+        latencies = list(self._latencies)
+        return statistics.median(latencies) if latencies else math.nan
 
     def run(self, ended: threading.Event) -> None:
         """Until the event is set."""
@@ -118,6 +127,7 @@ class RobotMirror:
         duration_s = self._pacing.segment_s(before, now[1], measured_s, left_s)
         postures.append((at_s + duration_s, now[1]))
         self._move(stream, now[1], duration_s, self._pacing.velocity(postures))
+        self._latencies.append(self._left_until_s - now[0])
 
     def _move(self, stream: JointStream, to_rad: Array, after_s: float, velocity_rad_s: Array) -> None:
         taken = stream.append(to_rad, after_s, velocity_rad_s)

@@ -7,10 +7,10 @@ from collections import deque
 from typing import Callable
 
 from ..closing import Closing
-from .copy_link import BUSY, Copy
+from .copy_link import LATER, Copy
 from .listener import CHUNK, Link, Listener, Report
 from .simple_message import States
-from .simple_message_requests import Port, Requests, is_busy, opens_gripper, question, refusal, result_of
+from .simple_message_requests import Port, Requests, may_repeat, opens_gripper, question, refusal, result_of, was_taken
 
 Address = tuple[str, int]
 
@@ -69,10 +69,10 @@ class RequestRelay(Closing):
 
 
 class _Copies:
-    """Copies what the real robot does not answer with BUSY, in its order: a client sends that again."""
+    """Copies what the real robot has taken, in its order."""
 
     def __init__(self, port: Port, link: Link, to: Address, report: Report) -> None:
-        self._pairs = port is Port.MOTOMAN  # the Fanuc answers nothing with BUSY
+        self._pairs = port is Port.MOTOMAN  # the Fanuc's program takes what it reads
         self._copy = Copy(link, to, report, _exchange if self._pairs else None)
         self._asked: deque[bytes] = deque()
         self._answers = States()
@@ -89,10 +89,9 @@ class _Copies:
         if not self._pairs:
             return
         for answer in self._answers.add(data):
-            if self._asked and not is_busy(answer):
-                self._copy.send(self._asked.popleft())
-            elif self._asked:
-                self._asked.popleft()
+            request = self._asked.popleft() if self._asked else None
+            if request is not None and was_taken(answer):
+                self._copy.send(request)
 
 
 def _exchange(simulated: socket.socket, request: bytes) -> str:
@@ -104,7 +103,7 @@ def _exchange(simulated: socket.socket, request: bytes) -> str:
             raise OSError("the connection has ended")
         for answer in answers.add(data):
             result, subcode = result_of(answer)
-            return BUSY if is_busy(answer) else f"result {result}, subcode {subcode}" if result else ""
+            return "" if result == 0 else f"{LATER if may_repeat(answer) else ''}result {result}, subcode {subcode}"
 
 
 class GripperWatch:

@@ -40,7 +40,7 @@ _NOT_READY, _NOT_REMOTE = 5, 5005
 _INVALID, _MESSAGE_TYPE = 3, 3003
 _NOT_WRITABLE = 1002
 _NO_DATA = bytes(40)
-_BUSY = 1
+_BUSY, _FAILED = 1, 2
 
 
 class Port(enum.Enum):
@@ -143,9 +143,14 @@ def result_of(data: bytes) -> tuple[int, int]:
     return int(result), int(subcode)
 
 
-def is_busy(data: bytes) -> bool:
-    """Whether an answer asks for the same request again."""
-    return result_of(data)[0] == _BUSY
+def was_taken(data: bytes) -> bool:
+    """Whether an answer says that its request was carried out."""
+    return result_of(data)[0] == 0
+
+
+def may_repeat(data: bytes) -> bool:
+    """Whether the same request may be taken a little later: the queue is full, or not yet empty."""
+    return result_of(data)[0] in (_BUSY, _FAILED)
 
 
 def opens_gripper(port: Port, data: bytes) -> bool | None:
