@@ -77,7 +77,7 @@ class TwoCells(unittest.TestCase):
         self.addCleanup(self.ended.set)
 
     def port(self, key):
-        """Of the real side."""
+        """Address of a port of the real side."""
         return HOST, self.real.endpoints.ports[key]
 
     def disturbed(self, key):

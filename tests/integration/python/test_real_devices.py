@@ -306,7 +306,7 @@ class CameraTest(Beside):
         for name, body in self.cell.snapshot(["bodies"]).bodies.items():
             if body.type != before[gear].type:
                 np.testing.assert_allclose(body.position_m[:2], before[name].position_m[:2], atol=2e-3, err_msg=name)
-        # Lies move nothing, and are told.
+        # Lies move nothing, and are reported.
         self.told.clear()
         disturbed.change = lambda data: data.replace(b",P,", b",nan,Q,")
         self.await_told("the real camera is lost")

@@ -277,7 +277,7 @@ class DifferencesTest(unittest.TestCase):
             # A turn counts for a tray alone.
             noisy[name] = (kind, Planar(at.x_m, at.y_m, at.rotation_rad + 0.2))
             self.assertEqual(len(differences(self.seen(noisy, chance), cell)), kind == "tray")
-            # One that the cell lacks is told as such.
+            # One that the cell lacks has no name.
             del cell[name]
             noisy[name] = (kind, at)
             (found,) = differences(self.seen(noisy, chance), cell)

@@ -13,8 +13,8 @@ _PATIENCE_S = 0.5  # with a client that does not read
 
 
 class Broadcast(Closing):
-    """Sends what a real device sends to all clients, since the device may serve one alone. What clients
-    send is dropped. A client that does not read is disconnected."""
+    """Sends the messages of a real device to all clients, since the device may serve one alone. Bytes of
+    clients are dropped. A client that does not read is disconnected."""
 
     def __init__(self, listen: tuple[str, int], report: Report) -> None:
         """Raises AprsimError where it cannot listen."""

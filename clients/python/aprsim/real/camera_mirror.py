@@ -173,7 +173,7 @@ class CameraMirror:
 
 
 def _area(text: str, robot: str) -> tuple[Array, Array]:
-    """What the simulated camera sees of its frame [m]."""
+    """The area of the simulated camera in its frame [m]: lowest and highest x and y."""
     entries = [one for one in yaml.safe_load(text).get("robots") or [] if one.get("name") == robot]
     area = (entries[0].get("vision") or {}).get("area") if entries else None
     if not area:

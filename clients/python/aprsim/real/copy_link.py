@@ -1,4 +1,4 @@
-"""What controllers send to a real machine, sent to the simulated one as well."""
+"""Requests of controllers to a real machine, sent to the simulated one as well."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from ..poses import Array
 
 _WINDOW_S = 0.8  # of the real machine's samples that are compared
 _LEAST_SAMPLES = 8
-_LONGEST_SHIFT_S = 0.3  # between the two
+_LONGEST_SHIFT_S = 0.25  # between the two
 _GRID_S = 0.005  # of shifts
 _SHIFTS = round(_LONGEST_SHIFT_S / _GRID_S)  # in each direction
 _MOST_UNCERTAIN = 12  # steps of the grid
@@ -19,7 +19,7 @@ _LEAST_DISTANCE_M = 1e-3  # of the real machine's motion, for a shift to count
 _LEAST_GAIN = 0.5  # of the distance, for a shift to count: a straight motion can be late or off
 _SPARE_S = 1.0  # of the simulated machine's samples that are kept beside the window
 _JITTER_S = 0.005  # of the pace of either machine
-_HOLD_S = 0.15  # for which a deviation lasts before it is told
+_HOLD_S = 0.15  # for which a deviation lasts before it counts
 
 
 @dataclass(frozen=True)

@@ -101,7 +101,7 @@ class Registers(Closing):
 
 @dataclass(frozen=True, kw_only=True)
 class TravelReading(Reading):
-    """What a belt's encoder has counted."""
+    """The travel of a belt by its encoder."""
 
     travel_m: float
     """Since the reader was opened, forward positive."""

@@ -1,4 +1,4 @@
-"""What stands beside the cell, from the words of a command or a file. Each value is checked."""
+"""Settings of the devices beside the cell, from the words of a command or a file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Common:
     source: str
     """mirror, proxy or shadow."""
     address: Address
-    """Of the real one: the port with its states."""
+    """The real one's port with its states."""
     listen: Address = ANY
     """For controllers."""
     rate: float = 50
@@ -67,7 +67,7 @@ class CameraSettings(Common):
     """The vision lines of a robot's camera."""
 
     name: str
-    """Of the robot."""
+    """The robot's."""
     pictures: Address | None = None
     """The real camera's HTTP port; relayed at `listen_pictures`."""
     listen_pictures: Address = ANY
@@ -81,7 +81,7 @@ SIMPLE_MESSAGE_ONLY = ("motion", "gripper", "listen_state", "listen_gripper", "c
 """Keys that a robot by CRCL has not."""
 LIMITS = {
     "rate": (1.0, 250.0, "Hz"), "patience_s": (0.05, 60.0, "s"), "most_mm": (0.01, 1e3, "mm"),
-    "most_ms": (1.0, 300.0, "ms"), "count_m_s": (1e-9, 1.0, "m/s"),
+    "most_ms": (1.0, 200.0, "ms"), "count_m_s": (1e-9, 1.0, "m/s"),
 }  # fmt: skip
 """Lowest and highest value of a number, and its unit."""
 

@@ -49,7 +49,7 @@ class Controller:
 FANUC = Controller("fanuc_karel", JOINT_POSITION, 0.024, 11000, 11002, 12123, couples_elbow=True)
 MOTOMAN = Controller("motoman_fs100", FEEDBACK, 0.025, 50240, 50241, 50242)
 CONTROLLERS = {one.name: one for one in (FANUC, MOTOMAN)}
-"""By name."""
+"""All kinds by name."""
 
 
 def message(kind: int, body: bytes, communication: int = SERVICE_REQUEST, reply: int = 0) -> bytes:
