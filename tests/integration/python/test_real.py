@@ -1,6 +1,5 @@
 """Real robots and belts beside the simulated ones, with second daemons as the real side."""
 
-import json
 import math
 import os
 import pathlib
@@ -16,15 +15,16 @@ import unittest
 import numpy as np
 from aprsim import BadArgument, Cell, Daemon, Refused, RobotError, TrajectoryError
 from aprsim.binaries import find_binary
-from aprsim.real.belt_mirror import BeltMirror
-from aprsim.real.crcl_status import StatusReader, crcl_source, get_status
-from aprsim.real.deviation import Comparison
-from aprsim.real.devices import DeviceLies, DeviceLost, address
-from aprsim.real.pacing import Pacing
-from aprsim.real.relay import Documents, Relay, question
-from aprsim.real.robot_mirror import RobotMirror
-from aprsim.real.shadow import Shadow, tool_of
-from aprsim.real.wire_joints import WireJoints
+from aprsim.real.base.deviation import Comparison
+from aprsim.real.base.devices import DeviceLies, DeviceLost, address
+from aprsim.real.base.shadow import Shadow
+from aprsim.real.belts.belt_mirror import BeltMirror
+from aprsim.real.robots.crcl_relay import Documents, Relay, question
+from aprsim.real.robots.crcl_status import StatusReader, crcl_source, get_status
+from aprsim.real.robots.pacing import Pacing
+from aprsim.real.robots.robot_mirror import RobotMirror
+from aprsim.real.robots.robot_source import tool_of
+from aprsim.real.robots.wire_joints import WireJoints
 from real_support import HOST, Disturbed
 from running_cell import PATIENCE, WithCell, await_that
 
@@ -384,7 +384,7 @@ class BesideTest(unittest.TestCase):
 
     def test_the_belt_does_what_the_plc_commands(self):
         belt = BeltMirror(
-            self.cell, HOST, json.loads(pathlib.Path(self.theirs.ports_file).read_text())["modbus"], period_s=0.02, patience_s=60 * PATIENCE,
+            self.cell, HOST, self.real.endpoints.ports["modbus"], period_s=0.02, patience_s=60 * PATIENCE,
             report=self.told.append,
         )
         self.start(belt)

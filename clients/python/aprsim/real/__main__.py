@@ -24,8 +24,8 @@ from typing import Any, Sequence
 from .. import arguments
 from ..cell import Cell
 from ..errors import AprsimError, BadArgument, Unreachable
+from .base.devices import address
 from .building import Builder
-from .devices import address
 from .programs import run_all
 from .settings import (
     ADDRESSES,
@@ -38,7 +38,7 @@ from .settings import (
     RobotSettings,
 )
 from .settings_file import read_file
-from .simple_message import CONTROLLERS
+from .simple_message.messages import CONTROLLERS
 
 
 def main(words: Sequence[str] | None = None) -> int:

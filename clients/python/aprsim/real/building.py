@@ -15,27 +15,27 @@ from ..cell import Cell
 from ..errors import AprsimError
 from ..hosts import with_port
 from ..poses import Array
-from .belt_mirror import BeltMirror
-from .broadcast import Broadcast
-from .camera_mirror import CameraMirror
-from .crcl_status import crcl_source
-from .deviation import Comparison
-from .listener import Report
-from .modbus_relay import ModbusRelay
-from .modbus_wire import TravelReading, travel_source
-from .picture_relay import PictureRelay
-from .relay import Relay
-from .robot_mirror import RobotMirror
-from .robot_source import CellReader, RobotReading, RobotSource
+from .base.deviation import Comparison
+from .base.devices import Report
+from .base.shadow import Shadow
+from .base.source import Source
+from .belts.belt_mirror import BeltMirror
+from .belts.modbus_relay import ModbusRelay
+from .belts.modbus_wire import TravelReading, travel_source
+from .cameras.camera_mirror import CameraMirror
+from .cameras.picture_relay import PictureRelay
+from .cameras.vision_lines import line_source
+from .relays.broadcast import Broadcast
+from .robots.crcl_relay import Relay
+from .robots.crcl_status import crcl_source
+from .robots.robot_mirror import RobotMirror
+from .robots.robot_source import CellReader, RobotSource, arcs_of, tool_of
+from .robots.wire_joints import WireJoints
 from .settings import Address, BeltSettings, CameraSettings, Common, RobotSettings
-from .shadow import Shadow, arcs_of, tool_of
-from .simple_message import CONTROLLERS, FANUC, Controller
-from .simple_message_reader import Watch, simple_message_source
-from .simple_message_relay import GripperWatch, RequestRelay
-from .simple_message_requests import Port
-from .source import Source
-from .vision_lines import line_source
-from .wire_joints import WireJoints
+from .simple_message.messages import CONTROLLERS, FANUC, Controller
+from .simple_message.reader import Watch, simple_message_source
+from .simple_message.request_relay import GripperWatch, RequestRelay
+from .simple_message.requests import Port
 
 _LEAST_LEVER_M = 0.3
 _CELL_MODBUS = 1502

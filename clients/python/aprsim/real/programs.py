@@ -7,8 +7,8 @@ import threading
 from typing import Sequence
 
 from ..errors import AprsimError
+from .base.devices import Report
 from .building import Beside
-from .listener import Report
 
 _LOOK_S = 0.5
 

@@ -12,7 +12,7 @@ from typing import Any, Iterator, Mapping
 import yaml
 
 from ..errors import BadArgument
-from .devices import address
+from .base.devices import address
 from .settings import (
     ADDRESSES,
     LIMITS,
@@ -24,7 +24,7 @@ from .settings import (
     RobotSettings,
     is_number,
 )
-from .simple_message import CONTROLLERS
+from .simple_message.messages import CONTROLLERS
 
 _SOURCES = ("mirror", "proxy", "shadow")
 _CAMERA_SOURCES = ("mirror", "proxy")

@@ -7,12 +7,10 @@ import socket
 import threading
 from typing import Callable
 
-from ..closing import Closing
-from ..errors import AprsimError
-from ..hosts import with_port
-
-Report = Callable[[str], None]
-"""Takes a line for the user."""
+from ...closing import Closing
+from ...errors import AprsimError
+from ...hosts import with_port
+from ..base.devices import Report
 
 _MOST_CLIENTS = 16
 _CONNECT_S = 5.0

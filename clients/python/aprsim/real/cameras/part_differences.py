@@ -7,7 +7,7 @@ from collections import defaultdict
 from dataclasses import dataclass
 from typing import Iterable, Mapping, Sequence
 
-from ..poses import wrapped
+from ...poses import wrapped
 from .vision_lines import Seen
 
 _SAME_M = 3e-3

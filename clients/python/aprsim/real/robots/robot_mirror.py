@@ -7,18 +7,17 @@ import statistics
 import threading
 import time
 from collections import deque
-from typing import Callable
 
 import numpy as np
 
-from ..calls import robot_named
-from ..cell import Cell
-from ..errors import Refused
-from ..joint_stream import JointStream
-from ..poses import Array
-from ..trajectories import TrajectoryError
-from ..v1 import trajectory_pb2
-from .devices import DeviceLies, DeviceLost
+from ...calls import robot_named
+from ...cell import Cell
+from ...errors import Refused
+from ...joint_stream import JointStream
+from ...poses import Array
+from ...trajectories import TrajectoryError
+from ...v1 import trajectory_pb2
+from ..base.devices import DeviceLies, DeviceLost, Report
 from .pacing import Pacing
 from .robot_source import RobotReader, RobotReading, RobotSource
 
@@ -27,9 +26,6 @@ RETRY_S = 1.0
 _MARGIN_S = 0.005  # for the way of a measurement to the cell
 _LATENCIES = 1000
 _OPEN_M = 1e-3  # a gripper within this of its greatest opening counts as open
-
-Report = Callable[[str], None]
-"""Takes a line for the user."""
 
 
 class RobotMirror:

@@ -6,23 +6,12 @@ import threading
 import time
 from typing import Callable, Generic
 
-from ..poses import Array
+from ...poses import Array
 from .deviation import Comparison
-from .devices import DeviceLies, DeviceLost
-from .robot_source import RobotReading
+from .devices import DeviceLies, DeviceLost, Report
 from .source import R, Reader, Source
 
 _RETRY_S = 1.0
-
-
-def tool_of(reading: RobotReading) -> Array | None:
-    """The tool centre point."""
-    return reading.tool_m
-
-
-def arcs_of(lever_m: float) -> Callable[[RobotReading], Array]:
-    """All joints, each as the arc that a point makes at that distance from its axis."""
-    return lambda reading: lever_m * reading.joints_rad
 
 
 class Shadow(Generic[R]):
@@ -35,7 +24,7 @@ class Shadow(Generic[R]):
         comparison: Comparison,
         *,
         place: Callable[[R], Array | None],
-        report: Callable[[str], None],
+        report: Report,
     ) -> None:
         """`place` is the point of a reading that is compared [m]; None where it has none."""
         self._real, self._simulated, self._comparison = real, simulated, comparison

@@ -6,11 +6,12 @@ import socket
 from collections import deque
 from typing import Callable
 
-from ..closing import Closing
-from .copy_link import LATER, Copy
-from .listener import CHUNK, Link, Listener, Report
-from .simple_message import States
-from .simple_message_requests import Port, Requests, may_repeat, opens_gripper, question, refusal, result_of, was_taken
+from ...closing import Closing
+from ..base.devices import Report
+from ..relays.copy_link import LATER, Copy
+from ..relays.listener import CHUNK, Link, Listener
+from .messages import States
+from .requests import Port, Requests, may_repeat, opens_gripper, question, refusal, result_of, was_taken
 
 Address = tuple[str, int]
 

@@ -6,11 +6,11 @@ import struct
 import time
 from dataclasses import dataclass
 
-from ..calibration.modbus_units import COUNT_M, POSITION
-from ..closing import Closing
-from .device_socket import DeviceSocket
-from .devices import DeviceLies
-from .source import Reader, Reading, Source
+from ...calibration.modbus_units import COUNT_M, POSITION
+from ...closing import Closing
+from ..base.device_socket import DeviceSocket
+from ..base.devices import DeviceLies
+from ..base.source import Reader, Reading, Source
 
 READ_HOLDING, READ_INPUTS = 3, 4
 READS = (1, 2, READ_HOLDING, READ_INPUTS)

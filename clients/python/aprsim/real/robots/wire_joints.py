@@ -9,11 +9,11 @@ from typing import Any, Mapping, Sequence
 import numpy as np
 import yaml
 
-from ..calls import robot_named
-from ..cell import Cell
-from ..errors import AprsimError
-from ..poses import Array
-from .devices import DeviceLies
+from ...calls import robot_named
+from ...cell import Cell
+from ...errors import AprsimError
+from ...poses import Array
+from ..base.devices import DeviceLies
 
 
 @dataclass(frozen=True)

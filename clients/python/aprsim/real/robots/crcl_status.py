@@ -6,9 +6,9 @@ import time
 
 import numpy as np
 
-from ..calibration.crcl_documents import Units, read_status
-from .device_socket import DeviceSocket
-from .devices import DeviceLies
+from ...calibration.crcl_documents import Units, read_status
+from ..base.device_socket import DeviceSocket
+from ..base.devices import DeviceLies
 from .robot_source import RobotReader, RobotReading, RobotSource
 from .wire_joints import WireJoints
 

@@ -1,9 +1,14 @@
-"""Errors of real devices, and their addresses."""
+"""Errors and addresses of real devices."""
 
 from __future__ import annotations
 
-from ..errors import AprsimError, BadArgument
-from ..hosts import checked_host
+from typing import Callable
+
+from ...errors import AprsimError, BadArgument
+from ...hosts import checked_host
+
+Report = Callable[[str], None]
+"""Takes a line for the user."""
 
 
 class DeviceLost(AprsimError):

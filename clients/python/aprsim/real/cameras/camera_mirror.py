@@ -8,15 +8,14 @@ import threading
 import numpy as np
 import yaml
 
-from ..calls import robot_named
-from ..cell import Cell
-from ..errors import Refused
-from ..poses import Array, inverse, matrix, yaw_of
-from ..snapshots import Snapshot
-from .devices import DeviceLies, DeviceLost
-from .listener import Report
+from ...calls import robot_named
+from ...cell import Cell
+from ...errors import Refused
+from ...poses import Array, inverse, matrix, yaw_of
+from ...snapshots import Snapshot
+from ..base.devices import DeviceLies, DeviceLost, Report
+from ..base.source import Source
 from .part_differences import Difference, Planar, Steady, differences
-from .source import Source
 from .vision_lines import FrameReading, Seen
 
 _RETRY_S = 1.0

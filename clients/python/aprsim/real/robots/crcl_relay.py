@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
 
-from ..closing import Closing
-from ..errors import AprsimError
-from .copy_link import Copy
+from ...closing import Closing
+from ...errors import AprsimError
+from ..base.devices import Report
+from ..relays.copy_link import Copy
+from ..relays.listener import CHUNK, Link, Listener
 from .crcl_status import get_status
-from .listener import CHUNK, Link, Listener, Report
 
 _ENDS = (b"</CRCLCommandInstance>", b"</CRCLProgram>")
 _MOST_BYTES = 1 << 20  # of a document

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from ..closing import Closing
-from ..errors import AprsimError
-from ..hosts import with_port
-from .listener import CHUNK, Link, Listener, Report
+from ...closing import Closing
+from ...errors import AprsimError
+from ...hosts import with_port
+from ..base.devices import Report
+from ..relays.listener import CHUNK, Link, Listener
 
 _MOST_BYTES = 1 << 13  # of a request
 _END = b"\r\n\r\n"

@@ -9,8 +9,9 @@ import threading
 import time
 from typing import Callable
 
-from ..errors import AprsimError
-from .listener import CHUNK, Link, Report
+from ...errors import AprsimError
+from ..base.devices import Report
+from .listener import CHUNK, Link
 
 _MOST_WAITING = 4096  # requests
 _ANSWER_S = 30.0  # a simulated controller holds an answer back while it moves

@@ -6,8 +6,9 @@ import socket
 import struct
 import threading
 
-from ..closing import Closing
-from .listener import CHUNK, Link, Listener, Report
+from ...closing import Closing
+from ..base.devices import Report
+from .listener import CHUNK, Link, Listener
 
 _PATIENCE_S = 0.5  # with a client that does not read
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..poses import Array
-from .devices import DeviceLies
+from ...poses import Array
+from ..base.devices import DeviceLies
 
 JOINT_POSITION, STATUS, FEEDBACK = 10, 13, 15
 """Types of messages that state ports send."""

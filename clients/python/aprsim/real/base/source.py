@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Callable, Generic, TypeVar
 
-from ..closing import Closing
+from ...closing import Closing
 
 
 @dataclass(frozen=True, kw_only=True)

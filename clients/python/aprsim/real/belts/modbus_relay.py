@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import socket
 
-from ..closing import Closing
-from .copy_link import Copy
-from .listener import CHUNK, Link, Listener, Report
+from ...closing import Closing
+from ..base.devices import Report
+from ..relays.copy_link import Copy
+from ..relays.listener import CHUNK, Link, Listener
 from .modbus_wire import Frames, exception_of, function_of, question, refusal, READS
 
 Address = tuple[str, int]

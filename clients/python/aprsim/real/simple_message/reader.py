@@ -8,11 +8,11 @@ import time
 from dataclasses import dataclass
 from typing import Callable
 
-from ..closing import Closing
-from .device_socket import DeviceSocket
-from .devices import DeviceLies
-from .robot_source import RobotReader, RobotReading, RobotSource
-from .simple_message import FANUC, HEADER, READ_BIT, READ_BIT_REPLY, Controller, States, joints_of, kind_of, message
+from ...closing import Closing
+from ..base.device_socket import DeviceSocket
+from ..base.devices import DeviceLies
+from ..robots.robot_source import RobotReader, RobotReading, RobotSource
+from .messages import FANUC, HEADER, READ_BIT, READ_BIT_REPLY, Controller, States, joints_of, kind_of, message
 
 Address = tuple[str, int]
 

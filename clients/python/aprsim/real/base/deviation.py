@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..poses import Array
+from ...poses import Array
 
 _WINDOW_S = 0.8  # of the real machine's samples that are compared
 _LEAST_SAMPLES = 8

@@ -6,8 +6,8 @@ from __future__ import annotations
 import enum
 import struct
 
-from .devices import DeviceLies
-from .simple_message import (
+from ..base.devices import DeviceLies
+from .messages import (
     FAILURE,
     HEADER,
     JOINT_POSITION,

@@ -7,9 +7,9 @@ import time
 from dataclasses import dataclass
 from typing import Callable
 
-from .device_socket import DeviceSocket
-from .devices import DeviceLies
-from .source import Reader, Reading, Source
+from ..base.device_socket import DeviceSocket
+from ..base.devices import DeviceLies
+from ..base.source import Reader, Reading, Source
 
 _FIELDS = 6
 _KINDS = ("P", "PT", "KT")

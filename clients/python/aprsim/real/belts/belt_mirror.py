@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import struct
 import threading
-from typing import Callable
 
-from ..calibration.modbus_units import COUNT_M, RUN
-from ..cell import Cell
-from ..closing import Closing
-from ..errors import Refused
-from .devices import DeviceLies, DeviceLost
+from ...calibration.modbus_units import COUNT_M, RUN
+from ...cell import Cell
+from ...closing import Closing
+from ...errors import Refused
+from ..base.devices import DeviceLies, DeviceLost, Report
 from .modbus_wire import READ_HOLDING, Registers
 
 _REGISTERS = 3  # run, direction, speed
@@ -48,7 +47,7 @@ class BeltMirror:
         *,
         period_s: float,
         patience_s: float,
-        report: Callable[[str], None],
+        report: Report,
         forward: int = 1,
         count_m_s: float = COUNT_M,
     ) -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import socket
 import time
 
-from ..closing import Closing
-from ..hosts import with_port
+from ...closing import Closing
+from ...hosts import with_port
 from .devices import DeviceLost
 
 _CHUNK = 1 << 16

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from typing import Callable
 
 import numpy as np
 
-from ..cell import Cell
-from ..poses import Array
-from .source import Reader, Reading, Source
+from ...cell import Cell
+from ...poses import Array
+from ..base.source import Reader, Reading, Source
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,6 +29,16 @@ class RobotReading(Reading):
 
 RobotReader = Reader[RobotReading]
 RobotSource = Source[RobotReading]
+
+
+def tool_of(reading: RobotReading) -> Array | None:
+    """The tool centre point."""
+    return reading.tool_m
+
+
+def arcs_of(lever_m: float) -> Callable[[RobotReading], Array]:
+    """All joints, each as the arc that a point makes at that distance from its axis."""
+    return lambda reading: lever_m * reading.joints_rad
 
 
 class CellReader(RobotReader):
