@@ -4,6 +4,7 @@ relay that disturbs it."""
 import contextlib
 import socket
 import threading
+import time
 import unittest
 
 from aprsim import Cell, Daemon
@@ -13,10 +14,10 @@ HOST = "127.0.0.1"
 
 
 class Disturbed:
-    """A TCP relay in front of the real robot that can be made to lie, to stall and to drop."""
+    """A TCP relay in front of a real device that can be made to lie, to delay, to stall and to drop."""
 
     def __init__(self, port):
-        self.port, self.change, self.stalls = port, None, threading.Event()
+        self.port, self.change, self.stalls, self.delay_s = port, None, threading.Event(), 0.0
         self._sockets, self._listener = [], socket.create_server((HOST, 0))
         self.listens = self._listener.getsockname()[1]
         threading.Thread(target=self._accept, daemon=True).start()
@@ -34,6 +35,7 @@ class Disturbed:
         with contextlib.suppress(OSError):
             while data := one.recv(1 << 16):
                 if back and not self.stalls.is_set():
+                    time.sleep(self.delay_s)
                     other.sendall(self.change(data) if self.change else data)
                 elif not back:
                     other.sendall(data)

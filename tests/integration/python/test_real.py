@@ -350,6 +350,13 @@ class BesideTest(unittest.TestCase):
         await_that(mirror.follows.is_set, "after lies")
         robot.move_by([0, -0.02, 0.02])
         await_that(self.is_same, self.told)
+        # Delays make it later, and nothing else.
+        disturbed.delay_s = 0.1
+        self.told.clear()
+        robot.move_by([0, 0.02, 0.01])
+        await_that(self.is_same, self.told)
+        self.assertFalse([text for text in self.told if "lost" in text], self.told)
+        disturbed.delay_s = 0.0
         # A person stops the simulated robot: it is taken again, since the real one goes on.
         self.told.clear()
         with self.assertRaisesRegex(RobotError, "In error until InitCanon"):  # since the refused move
@@ -471,6 +478,11 @@ class BesideTest(unittest.TestCase):
         await_that(lambda: shadow.state == "is not compared", self.told)
         disturbed.stalls.clear()
         await_that(lambda: shadow.state == "does the same", self.told)
+        disturbed.delay_s = 0.05
+        disturbed.drop()
+        await_that(lambda: shadow.state == "is not compared", self.told)
+        await_that(lambda: shadow.state == "does the same", self.told)
+        disturbed.delay_s = 0.0
         self.assertEqual(shadow.alarms, 0, self.told)
         x_mm = 1e3 * self.real.snapshot().robot("fanuc").tool_in_reference[0, 3]
         disturbed.change = lambda data: re.sub(rb"<X>[^<]*</X>", f"<X>{x_mm + 2:.6f}</X>".encode(), data)

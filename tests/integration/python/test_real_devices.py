@@ -109,6 +109,8 @@ class SimpleMessageTest(Beside):
                 self.await_told("the real robot is lost")
                 disturbed.change = None
                 await_that(lambda: device.state() == "follows", self.told)
+                disturbed.delay_s = 0.06  # several states at once
+                self.real.robot(robot).move_by([0, 0.02, 0])
                 self.await_same(robot)
 
     def test_a_gripper_is_mirrored(self):

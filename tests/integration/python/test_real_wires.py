@@ -20,6 +20,7 @@ from aprsim.real.simple_message import requests
 from aprsim.real.simple_message.messages import FANUC, HEADER, MOTOMAN, States, joints_of, message
 from aprsim.real.simple_message.reader import SendTimes
 from aprsim.real.simple_message.requests import Port, Requests
+from running_cell import ROOT
 
 TOPIC = 1
 
@@ -348,6 +349,9 @@ cameras:
                 BeltSettings(source="mirror", address=("192.168.1.50", 502), forward=0, **common),
             ],
         )  # fmt: skip
+        documented = (ROOT / "docs" / "real.md").read_text(encoding="utf-8")
+        example = documented.partition("```yaml\n")[2].partition("```")[0]
+        self.assertEqual([type(one) for one in self.read(example)], [type(one) for one in found])
         self.assertFalse(self.read('conveyor: {source: proxy, address: "a:1"}')[0].allow_commands)
 
     def test_errors_name_file_line_key_and_the_nearest_key(self):
