@@ -1,4 +1,4 @@
-"""Whether real and simulated machines are told apart, in recorded time."""
+"""Deviations of real and simulated machines, in recorded time."""
 
 import random
 import unittest
