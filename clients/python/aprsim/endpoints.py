@@ -38,6 +38,8 @@ class Endpoints:
     grpc: int = 50051
     crcl: dict[str, int] = field(default_factory=lambda: {"fanuc": 64444, "motoman": 64445})
     """CRCL ports by robot name."""
+    ports: dict[str, int] = field(default_factory=dict)
+    """All ports of the ports file by their keys, as `modbus` or `motion.fanuc`; empty without a file."""
     token: str = field(default="", repr=False)
     """Token that is sent with every call; empty = none."""
     encryption: Encryption | None = None
@@ -75,7 +77,15 @@ def read_ports_file(path: str | Path) -> Endpoints:
         return value
 
     robots = {key.removeprefix(_CRCL): port(key) for key in ports if key.startswith(_CRCL)}
-    return Endpoints(grpc=port("grpc") if "grpc" in ports else Endpoints.grpc, crcl=robots)
+    return Endpoints(
+        grpc=port("grpc") if "grpc" in ports else Endpoints.grpc,
+        crcl=robots,
+        ports={key: port(key) for key in ports if key != "pid" and _is_port(ports[key])},
+    )
+
+
+def _is_port(value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and 1 <= value <= 65535
 
 
 def find_endpoints(
@@ -100,6 +110,7 @@ def find_endpoints(
         host=host or found.host,
         grpc=found.grpc if grpc is None else grpc,
         crcl={**found.crcl, **(crcl or {})},
+        ports=found.ports,
         token=_read_token(token_file),
         encryption=_read_encryption(tls, ca, certificate, key),
     )

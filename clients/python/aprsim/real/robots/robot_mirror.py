@@ -3,65 +3,64 @@
 from __future__ import annotations
 
 import math
+import statistics
 import threading
 import time
 from collections import deque
-from typing import Callable
 
 import numpy as np
 
-from ..calibration.crcl_documents import Status
-from ..calls import robot_named
-from ..cell import Cell
-from ..errors import Refused
-from ..joint_stream import JointStream
-from ..poses import Array
-from ..trajectories import TrajectoryError
-from ..v1 import trajectory_pb2
-from .crcl_status import Reading, StatusReader
-from .devices import DeviceLies, DeviceLost
+from ...calls import robot_named
+from ...cell import Cell
+from ...errors import Refused
+from ...joint_stream import JointStream
+from ...poses import Array
+from ...trajectories import TrajectoryError
+from ...v1 import trajectory_pb2
+from ..base.devices import DeviceLies, DeviceLost, Report
 from .pacing import Pacing
-from .wire_joints import WireJoints
+from .robot_source import RobotReader, RobotReading, RobotSource
 
 RETRY_S = 1.0
 """Between two attempts with a device that is lost, or a robot that is stopped."""
 _MARGIN_S = 0.005  # for the way of a measurement to the cell
+_LATENCIES = 1000
 _OPEN_M = 1e-3  # a gripper within this of its greatest opening counts as open
-
-Report = Callable[[str], None]
-"""Takes a line for the user."""
 
 
 class RobotMirror:
-    """Reads a real robot's statuses by CRCL and lets the cell's robot of that name follow its joints and
-    its gripper. A device that is lost, or that tells impossible values, is reported; the robot stops
+    """Reads a real robot's states and lets the cell's robot of that name follow its joints and its
+    gripper. A device that is lost, or that tells impossible values, is reported; the robot stops
     until it is back. A robot that somebody stops in the cell is taken again when it is free. Thread: one
     at a time."""
 
-    def __init__(
-        self, cell: Cell, robot: str, host: str, port: int, *, period_s: float, patience_s: float, report: Report
-    ) -> None:
+    def __init__(self, cell: Cell, robot: str, source: RobotSource, *, report: Report) -> None:
         description = robot_named(cell.description, robot)
         limits = [[joint.lower_rad, joint.upper_rad, joint.max_speed_rad_s] for joint in description.joints]
         lower_rad, upper_rad, speed_rad_s = np.array(limits).T
-        self._pacing = Pacing(lower_rad, upper_rad, speed_rad_s, period_s + _MARGIN_S)
-        self._joints = WireJoints.of_scene(cell.scene_text(), robot, len(limits))
+        self._pacing = Pacing(lower_rad, upper_rad, speed_rad_s, source.period_s + _MARGIN_S)
         self._cell, self._robot = cell, robot
-        self._host, self._port = host, port
-        self._period_s, self._patience_s = period_s, patience_s
+        self._source, self._period_s = source, source.period_s
         self._report = report
         self._told = ""
         self._left_until_s, self._moves, self._measured_s = 0.0, False, 0.0
         self._widest_m, self._setting = 0.0, math.nan
+        self._latencies: deque[float] = deque(maxlen=_LATENCIES)
         self.follows = threading.Event()
         """Set while the cell's robot follows the real one."""
+
+    def latency_s(self) -> float:
+        """Median time from a measurement to the posture in the cell, of the latest motions; NaN before one.
+        Thread: any."""
+        latencies = list(self._latencies)
+        return statistics.median(latencies) if latencies else math.nan
 
     def run(self, ended: threading.Event) -> None:
         """Until the event is set."""
         resets = True  # an error that was there before
         while not ended.is_set():
             try:
-                with StatusReader(self._host, self._port, self._patience_s) as reader:
+                with self._source.open() as reader:
                     self._follow(reader, ended, resets)
             except (DeviceLost, DeviceLies) as error:
                 self._tell(f"{self._robot}: the real robot is lost: {error}")
@@ -80,7 +79,7 @@ class RobotMirror:
             self._told = text
             self._report(text)
 
-    def _follow(self, reader: StatusReader, ended: threading.Event, resets: bool) -> None:
+    def _follow(self, reader: RobotReader, ended: threading.Event, resets: bool) -> None:
         commander = f"mirror of {reader.address}"
         with self._cell.open_joint_stream(self._robot, commander=commander, reset=resets) as stream:
             reading, postures = self._approach(stream, reader, ended)
@@ -89,10 +88,8 @@ class RobotMirror:
             next_s = time.monotonic()
             while not ended.is_set():
                 before, (reading, target) = reading, self._read(reader)
-                self._pacing.check_speed(
-                    self._posture(before), self._posture(reading), reading.at_s - before.at_s
-                )
-                self._follow_gripper(reading.status)
+                self._pacing.check_speed(before.joints_rad, reading.joints_rad, reading.at_s - before.at_s)
+                self._follow_gripper(reading)
                 stream.require_open()
                 try:
                     self._append(stream, postures, (reading.at_s, target))
@@ -100,8 +97,9 @@ class RobotMirror:
                     self._await_rest(error, ended)
                     stream.restart()
                     reading, postures = self._approach(stream, reader, ended)
-                next_s = max(next_s + self._period_s, time.monotonic())
-                ended.wait(next_s - time.monotonic())
+                if not reader.pushes:
+                    next_s = max(next_s + self._period_s, time.monotonic())
+                    ended.wait(next_s - time.monotonic())
 
     def _await_rest(self, error: Refused, ended: threading.Event) -> None:
         """A device that was slow has let the robot run out of postures: it brakes before it takes more.
@@ -125,6 +123,7 @@ class RobotMirror:
         duration_s = self._pacing.segment_s(before, now[1], measured_s, left_s)
         postures.append((at_s + duration_s, now[1]))
         self._move(stream, now[1], duration_s, self._pacing.velocity(postures))
+        self._latencies.append(self._left_until_s - now[0])
 
     def _move(self, stream: JointStream, to_rad: Array, after_s: float, velocity_rad_s: Array) -> None:
         taken = stream.append(to_rad, after_s, velocity_rad_s)
@@ -132,8 +131,8 @@ class RobotMirror:
         self._moves = bool((velocity_rad_s != 0).any())
 
     def _approach(
-        self, stream: JointStream, reader: StatusReader, ended: threading.Event
-    ) -> tuple[Reading, deque[tuple[float, Array]]]:
+        self, stream: JointStream, reader: RobotReader, ended: threading.Event
+    ) -> tuple[RobotReading, deque[tuple[float, Array]]]:
         """Slowly to where the real robot is, until that is slow itself: nobody can join it at full speed.
         The last reading, and where the robot is then."""
         here = self._cell.snapshot(["robots"]).robot(self._robot).joints_rad
@@ -147,20 +146,17 @@ class RobotMirror:
             here = target
             ended.wait(max(self._left_until_s - time.monotonic(), 0.0))
 
-    def _posture(self, reading: Reading) -> Array:
-        return self._joints.positions_rad(reading.status.joints)
-
-    def _read(self, reader: StatusReader) -> tuple[Reading, Array]:
+    def _read(self, reader: RobotReader) -> tuple[RobotReading, Array]:
         reading = reader.read()
-        target = self._pacing.checked(self._posture(reading))
+        target = self._pacing.checked(reading.joints_rad)
         return reading, target
 
-    def _follow_gripper(self, status: Status) -> None:
+    def _follow_gripper(self, reading: RobotReading) -> None:
         """As it is commanded; where that is not reported, as its fingers are. Sends changes alone."""
-        setting = status.gripper_setting
-        if setting is None and status.separation_m is not None:
-            self._widest_m = max(self._widest_m, status.separation_m)
-            setting = 1.0 if status.separation_m > self._widest_m - _OPEN_M else 0.0
+        setting = reading.gripper_setting
+        if setting is None and reading.separation_m is not None:
+            self._widest_m = max(self._widest_m, reading.separation_m)
+            setting = 1.0 if reading.separation_m > self._widest_m - _OPEN_M else 0.0
         if setting is None or not 0 <= setting <= 1 or setting == self._setting:
             return
         self._cell.switch_gripper(self._robot, setting)

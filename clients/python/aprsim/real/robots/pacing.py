@@ -6,8 +6,8 @@ from typing import Sequence
 
 import numpy as np
 
-from ..poses import Array
-from .devices import DeviceLies
+from ...poses import Array
+from ..base.devices import DeviceLies
 
 _SPEED_SHARE = 0.98  # of a joint's limit that a copy uses
 _SPEED_TOLERANCE = 1.5  # times a joint's limit, between two measurements whose times are rounded
@@ -67,8 +67,8 @@ class Pacing:
         return max(float(wanted_s), least_s, 1e-3)
 
     def velocity(self, postures: Sequence[tuple[float, Array]]) -> Array:
-        """At the last one of postures with the times at which the robot reaches them: of the parabola through the last three, within
-        the joints' limits. 0 where the posture has not changed."""
+        """At the last one of postures with the times at which the robot reaches them: that of the parabola through
+        the last three, within the joints' limits. 0 where the posture has not changed."""
         (before_s, before), (now_s, now) = postures[-2], postures[-1]
         slope = (now - before) / (now_s - before_s)
         if len(postures) > 2 and (slope != 0).any():

@@ -9,9 +9,11 @@ from typing import Any, Mapping, Sequence
 import numpy as np
 import yaml
 
-from ..errors import AprsimError
-from ..poses import Array
-from .devices import DeviceLies
+from ...calls import robot_named
+from ...cell import Cell
+from ...errors import AprsimError
+from ...poses import Array
+from ..base.devices import DeviceLies
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,11 @@ class WireJoints:
         if not listed:
             return WireJoints([WireJoint(joint) for joint in range(count)])
         return WireJoints([_wire_joint(one) for one in listed])
+
+    @staticmethod
+    def of_cell(cell: Cell, robot: str) -> WireJoints:
+        """Those of a robot of a running cell."""
+        return WireJoints.of_scene(cell.scene_text(), robot, len(robot_named(cell.description, robot).joints))
 
     def positions_rad(self, values: Array) -> Array:
         """The model's joints for counted values, in degrees or counts of the drive. Raises DeviceLies."""

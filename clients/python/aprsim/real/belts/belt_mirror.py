@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import struct
 import threading
-from typing import Callable
 
-from ..calibration.modbus_units import COUNT_M, RUN
-from ..cell import Cell
-from ..closing import Closing
-from ..errors import Refused
-from .device_socket import DeviceSocket
-from .devices import DeviceLies, DeviceLost
+from ...calibration.modbus_units import COUNT_M, RUN
+from ...cell import Cell
+from ...closing import Closing
+from ...errors import Refused
+from ..base.devices import DeviceLies, DeviceLost, Report
+from .modbus_wire import READ_HOLDING, Registers
 
-_READ_HOLDING = 3
 _REGISTERS = 3  # run, direction, speed
-_HEADER = struct.Struct(">HHHB")  # transaction, protocol, length, unit
-_MOST_BYTES = 260
 _RETRY_S = 1.0
 
 
@@ -27,33 +23,17 @@ class BeltReader(Closing):
         """`forward` is the value of the direction register for a belt that runs forward, `count_m_s` the
         unit of the speed register. Raises DeviceLost."""
         self._forward, self._count_m_s = forward, count_m_s
-        self._transaction = 0
-        self._device = DeviceSocket(host, port, patience_s)
-        self.address = self._device.address
+        self._registers = Registers(host, port, patience_s)
+        self.address = self._registers.address
 
     def close(self) -> None:
         """Disconnect."""
-        self._device.close()
+        self._registers.close()
 
     def read(self) -> tuple[bool, bool, float]:
         """Whether the belt runs, whether forward, and its speed [m/s]. Raises DeviceLost, DeviceLies."""
-        self._transaction = (self._transaction + 1) & 0xFFFF
-        question = struct.pack(">BHH", _READ_HOLDING, RUN, _REGISTERS)
-        self._device.ask(_HEADER.pack(self._transaction, 0, 1 + len(question), 1) + question)
-        transaction, protocol, length, _ = _HEADER.unpack(self._exactly(_HEADER.size))
-        if (transaction, protocol) != (self._transaction, 0) or not 3 <= length <= _MOST_BYTES:
-            raise DeviceLies(f"{self.address}: header {transaction}, {protocol}, {length} in its answer")
-        answer = self._exactly(length - 1)
-        if answer[:2] != bytes((_READ_HOLDING, 2 * _REGISTERS)) or len(answer) != 2 + 2 * _REGISTERS:
-            raise DeviceLies(f"{self.address}: answers {answer[:8].hex(' ')} to registers {RUN:#06x} to {RUN + 2:#06x}")
-        run, direction, speed = struct.unpack(">3H", answer[2:])
+        run, direction, speed = struct.unpack(">3H", self._registers.read(READ_HOLDING, RUN, _REGISTERS))
         return run != 0, direction == self._forward, speed * self._count_m_s
-
-    def _exactly(self, count: int) -> bytes:
-        data = b""
-        while len(data) < count:
-            data += self._device.receive(count - len(data))
-        return data
 
 
 class BeltMirror:
@@ -67,7 +47,7 @@ class BeltMirror:
         *,
         period_s: float,
         patience_s: float,
-        report: Callable[[str], None],
+        report: Report,
         forward: int = 1,
         count_m_s: float = COUNT_M,
     ) -> None:

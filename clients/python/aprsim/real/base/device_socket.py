@@ -5,8 +5,8 @@ from __future__ import annotations
 import socket
 import time
 
-from ..closing import Closing
-from ..hosts import with_port
+from ...closing import Closing
+from ...hosts import with_port
 from .devices import DeviceLost
 
 _CHUNK = 1 << 16
@@ -52,4 +52,11 @@ class DeviceSocket(Closing):
             raise DeviceLost(f"{self.address}: {error}") from error
         if not data:
             raise DeviceLost(f"{self.address}: the connection has ended")
+        return data
+
+    def exactly(self, count: int) -> bytes:
+        """So many bytes of the answer. Raises DeviceLost."""
+        data = b""
+        while len(data) < count:
+            data += self.receive(count - len(data))
         return data

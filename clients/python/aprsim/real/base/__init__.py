@@ -1,0 +1,1 @@
+"""Readers of real machines, and their comparison with simulated ones."""

@@ -1,0 +1,1 @@
+"""PLCs of belts by Modbus/TCP."""

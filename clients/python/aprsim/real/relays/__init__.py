@@ -1,0 +1,1 @@
+"""Ports for controllers, and what is passed to real and simulated machines."""

@@ -1,0 +1,1 @@
+"""Robots by CRCL, and the mirror of any robot."""

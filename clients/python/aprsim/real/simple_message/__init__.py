@@ -1,0 +1,1 @@
+"""Robots by ROS-Industrial's Simple Message."""
