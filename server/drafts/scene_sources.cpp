@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kDrafts = 64;
+constexpr std::size_t kDraftBytes = std::size_t{4} << 20;
 
 /// The text of a file if it makes this cell. A scene with a base has only what differs from it.
 std::optional<std::string> text_of(const std::string& file, const std::string& composed) {
@@ -67,8 +67,15 @@ web::SceneSource SceneSources::find(const api::CellDescription& cell) const {
 }
 
 void SceneSources::keep(std::string composed, std::string text) {
+  std::erase_if(drafts_, [&](const auto& draft) { return draft.first == composed; });
   drafts_.emplace_front(std::move(composed), std::move(text));
-  if (drafts_.size() > kDrafts) drafts_.pop_back();
+  std::size_t bytes = 0, kept = 0;
+  for (const auto& [whole, written] : drafts_) {
+    bytes += whole.size() + written.size();
+    if (bytes > kDraftBytes) break;
+    ++kept;
+  }
+  drafts_.resize(kept);
 }
 
 }  // namespace aprsim::server

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "server/drafts/scene_sources.hpp"
 #include "world/base/yaml/yaml_tree.hpp"
 #include "world/cell/world.hpp"
 #include "world/scene/scene_loader.hpp"
@@ -127,6 +128,24 @@ TEST_F(Drafts, OfShippedScenesWithABaseAreComposed) {
     ASSERT_TRUE(again) << name << ": " << again.error().message;
     EXPECT_EQ(again->text, other->text) << name;
   }
+}
+
+TEST(SceneSources, KeepTheLatestDraftsWithinTheirMemory) {
+  constexpr std::size_t kMb = std::size_t{1} << 20;
+  server::SceneSources sources(shipped("empty_belt"));
+  const auto text_of = [&](char draft) {
+    api::CellDescription cell;
+    cell.scene_text = std::make_shared<const std::string>(kMb, draft);
+    return sources.find(cell).text;
+  };
+  for (char draft = 'a'; draft <= 'f'; ++draft) {
+    // The same draft twice is one.
+    for (int i = 0; i < 2; ++i) sources.keep(std::string(kMb, draft), std::string(kMb / 2, draft));
+  }
+  EXPECT_EQ(text_of('f').size(), kMb / 2);
+  EXPECT_EQ(text_of('e').size(), kMb / 2);
+  EXPECT_EQ(text_of('d').size(), kMb);  // its own: forgotten
+  EXPECT_EQ(text_of('a').size(), kMb);
 }
 
 TEST_F(Drafts, EndWithTheDaemon) {
