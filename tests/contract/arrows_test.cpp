@@ -47,6 +47,11 @@ const std::map<std::string, std::set<std::string>> kArrows = {
       "protocols/simple_message/codec", "world/base", "world/base/files", "world/base/process"}},
     {"clients/devices", {}},
     {"clients/examples", {"clients/wires"}},
+    {"clients/ros2",
+     {"clients/ros2/cell", "clients/ros2/dds", "clients/wires", "proto/aprsim/v1",
+      "world/base/usage"}},
+    {"clients/ros2/cell", {"proto/aprsim/v1"}},
+    {"clients/ros2/dds", {"clients/ros2/cell"}},
     {"clients/wires", {"crcl", "modbus", "proto/aprsim/v1", "world/base"}},
     {"crcl", {"proto/aprsim/crcl/v1"}},
     {"modbus", {}},
@@ -367,6 +372,7 @@ const std::map<std::string, std::set<std::string>> kArrows = {
 
 /// Headers that only the named folders may see.
 const std::map<std::string, std::set<std::string>> kForeign = {
+    {"<dds/", {"clients/ros2/dds"}},
     {"<ode/", {"world/physics/bodies", "world/physics/ode"}},
     {"<xercesc/", {"crcl"}},
     {"<modbus/", {"protocols/modbus", "clients/wires"}},

@@ -1,0 +1,23 @@
+#pragma once
+
+#include "clients/ros2/publisher.hpp"
+#include "clients/wires/cancellation.hpp"
+#include "clients/wires/endpoints.hpp"
+
+namespace aprsim::ros2 {
+
+/// The daemon to read, and how often.
+struct BridgeOptions {
+  client::EndpointChoice endpoints;
+  double rate_hz = 100;    ///< time and joints, by the wall clock
+  double tf_rate_hz = 20;  ///< moving frames, at most the rate above
+};
+
+/// Publishes the daemon's cell until cancelled. A daemon that goes away is reported and tried again
+/// each second. One line on standard output tells each connection. Failures: kUsage, for endpoints
+/// that are wrong at the start. Throws std::runtime_error if DDS fails.
+[[nodiscard]] client::Outcome<void> run_bridge(const BridgeOptions& options,
+                                               CellPublisher& publisher,
+                                               const client::Cancelled& cancelled);
+
+}  // namespace aprsim::ros2

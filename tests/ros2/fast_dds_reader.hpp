@@ -1,0 +1,174 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
+#include <fastdds/dds/subscriber/DataReader.hpp>
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+#include <fastdds/dds/topic/Topic.hpp>
+#include <fastdds/dds/topic/TopicDataType.hpp>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastrtps/rtps/writer/WriterProxyData.h>
+#include <fastrtps/utils/IPLocator.h>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace aprsim::test {
+
+namespace dds = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastrtps::rtps;
+
+/// A type of which only the name is known: its samples are the serialized bytes.
+class BytesType : public dds::TopicDataType {
+ public:
+  explicit BytesType(const std::string& name) {
+    setName(name.c_str());
+    m_typeSize = 1 << 20;
+    m_isGetKeyDefined = false;
+  }
+  bool serialize(void*, rtps::SerializedPayload_t*) override { return false; }
+  bool deserialize(rtps::SerializedPayload_t* payload, void* data) override {
+    static_cast<std::vector<unsigned char>*>(data)->assign(payload->data,
+                                                           payload->data + payload->length);
+    return true;
+  }
+  std::function<std::uint32_t()> getSerializedSizeProvider(void*) override {
+    return [] { return 0U; };
+  }
+  void* createData() override { return new std::vector<unsigned char>; }
+  void deleteData(void* data) override { delete static_cast<std::vector<unsigned char>*>(data); }
+  bool getKey(void*, rtps::InstanceHandle_t*, bool) override { return false; }
+};
+
+/// The fields of a sample in the order of its type, in the little-endian CDR of RTPS 2.
+class CdrReader {
+ public:
+  explicit CdrReader(const std::vector<unsigned char>& bytes) : bytes_(bytes) {
+    if (bytes_.at(1) != 1) throw std::runtime_error("expected little-endian CDR");
+  }
+  template <typename T>
+  T number() {
+    at_ = (at_ + sizeof(T) - 1) / sizeof(T) * sizeof(T);
+    T value;
+    if (kHeader + at_ + sizeof(T) > bytes_.size()) throw std::runtime_error("sample is too short");
+    std::memcpy(&value, bytes_.data() + kHeader + at_, sizeof(T));
+    at_ += sizeof(T);
+    return value;
+  }
+  std::string text() {
+    const auto length = number<std::uint32_t>();  // with the zero at its end
+    std::string value;
+    for (std::uint32_t i = 0; i < length; ++i) value += number<char>();
+    value.pop_back();
+    return value;
+  }
+  std::vector<std::string> texts() {
+    std::vector<std::string> values(number<std::uint32_t>());
+    for (auto& value : values) value = text();
+    return values;
+  }
+  std::vector<double> doubles() {
+    std::vector<double> values(number<std::uint32_t>());
+    for (auto& value : values) value = number<double>();
+    return values;
+  }
+  /// A builtin_interfaces/msg/Time, in seconds.
+  double time() {
+    const double s = number<std::int32_t>();
+    return s + 1e-9 * number<std::uint32_t>();
+  }
+  [[nodiscard]] bool at_end() const { return kHeader + (at_ + 3) / 4 * 4 >= bytes_.size(); }
+
+ private:
+  static constexpr std::size_t kHeader = 4;
+  const std::vector<unsigned char>& bytes_;
+  std::size_t at_ = 0;
+};
+
+/// A participant of Fast DDS on the loopback, without multicast.
+class FastDdsReader : private dds::DomainParticipantListener {
+ public:
+  struct Writer {
+    std::string type;
+    std::string user_data;
+    bool reliable = false;
+    bool transient_local = false;
+  };
+
+  explicit FastDdsReader(unsigned domain) {
+    dds::DomainParticipantQos qos;
+    qos.transport().use_builtin_transports = false;
+    const auto transport = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+    transport->interfaceWhiteList.push_back("127.0.0.1");
+    qos.transport().user_transports.push_back(transport);
+    for (std::uint32_t participant = 0; participant < 8; ++participant) {
+      rtps::Locator_t peer;
+      rtps::IPLocator::setIPv4(peer, 127, 0, 0, 1);
+      peer.port = 7400 + 250 * domain + 10 + 2 * participant;  // RTPS 2.3, section 9.6.1.1
+      qos.wire_protocol().builtin.initialPeersList.push_back(peer);
+    }
+    participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
+        domain, qos, this, dds::StatusMask::none());
+    if (!participant_) throw std::runtime_error("Fast DDS makes no participant");
+    subscriber_ = participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
+  }
+  ~FastDdsReader() override {
+    participant_->delete_contained_entities();
+    dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+  }
+
+  /// The writers discovered so far, by the name of their topic.
+  std::map<std::string, Writer> writers() {
+    const std::lock_guard lock(mutex_);
+    return writers_;
+  }
+
+  void subscribe(const std::string& topic, const std::string& type, bool transient_local) {
+    dds::TypeSupport(new BytesType(type)).register_type(participant_);
+    auto* description = participant_->create_topic(topic, type, dds::TOPIC_QOS_DEFAULT);
+    dds::DataReaderQos qos;
+    qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
+    qos.durability().kind =
+        transient_local ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
+    qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+    qos.history().depth = 10;
+    readers_[topic] = subscriber_->create_datareader(description, qos);
+  }
+
+  /// The next sample of a subscribed topic; empty = there is none.
+  std::vector<unsigned char> take(const std::string& topic) {
+    std::vector<unsigned char> sample;
+    dds::SampleInfo info;
+    while (readers_.at(topic)->take_next_sample(&sample, &info) == ReturnCode_t::RETCODE_OK) {
+      if (info.valid_data) return sample;
+    }
+    return {};
+  }
+
+ private:
+  void on_publisher_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryInfo&& info) override {
+    const auto& data = info.info;
+    const auto bytes = data.m_qos.m_userData.getValue();
+    const std::lock_guard lock(mutex_);
+    writers_[data.topicName().c_str()] = {
+        data.typeName().c_str(), std::string(bytes.begin(), bytes.end()),
+        data.m_qos.m_reliability.kind == dds::RELIABLE_RELIABILITY_QOS,
+        data.m_qos.m_durability.kind == dds::TRANSIENT_LOCAL_DURABILITY_QOS};
+  }
+
+  dds::DomainParticipant* participant_ = nullptr;
+  dds::Subscriber* subscriber_ = nullptr;
+  std::map<std::string, dds::DataReader*> readers_;
+  std::mutex mutex_;
+  std::map<std::string, Writer> writers_;
+};
+
+}  // namespace aprsim::test
