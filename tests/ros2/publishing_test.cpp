@@ -240,7 +240,8 @@ TEST_F(Ros2, FramesEqualTheDaemonsSnapshot) {
   for (const auto& body : snapshot.bodies()) {
     EXPECT_EQ(moving[body.name()], as_array(body.body_in_world())) << body.name();
   }
-  for (const auto& robot : client.cell().robots()) {
+  const auto cell = client.cell();
+  for (const auto& robot : cell.robots()) {
     EXPECT_EQ(fixed[robot.name() + "_base"], as_array(robot.base_in_world()));
   }
 }
