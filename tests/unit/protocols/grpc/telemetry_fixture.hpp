@@ -36,6 +36,8 @@ class TelemetryFixture : public ::testing::Test {
   [[nodiscard]] std::shared_ptr<grpc::Channel> new_channel() const {
     grpc::ChannelArguments arguments;
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);  // a connection of its own
+    // Windows that grow by measured bandwidth would take messages that nobody reads.
+    arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
     return grpc::CreateCustomChannel("127.0.0.1:" + std::to_string(port_),
                                      grpc::InsecureChannelCredentials(), arguments);
   }
