@@ -76,7 +76,7 @@ test('each panel links to the documents that explain it', async () => {
   const page = await open('');
   await page.getByRole('tab').first().waitFor();
   const tabs = await page.getByRole('tab').all();
-  assert.equal(tabs.length, 8);
+  assert.equal(tabs.length, 9);
   for (const tab of tabs) {
     await tab.click();
     const link = page.locator('.tabrow a.explain:visible');
@@ -87,7 +87,7 @@ test('each panel links to the documents that explain it', async () => {
   const targets = await page.evaluate(() =>
     [...document.querySelectorAll('a.explain')].map((link) => link.href)
   );
-  assert.equal(new Set(targets).size, 8, targets.join(' '));
+  assert.equal(new Set(targets).size, 9, targets.join(' '));
   for (const target of new Set(targets)) {
     const answer = await fetch(target);
     assert.equal(answer.status, 200, target);

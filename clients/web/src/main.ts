@@ -76,7 +76,7 @@ const tabs = new Tabs(
     {name: 'Faults', content: faults.element, docs: 'troubleshooting.html', mark: faults.count},
     {name: 'Scenarios', content: scenarios, docs: 'scenarios.html', mark: injected.count},
     {name: 'Cameras', content: cameras.element, docs: 'cameras.html'},
-    {name: 'Scene', content: editor.element, docs: 'web_page.html'}
+    {name: 'Scene', content: editor.element, docs: 'web_page.html#the-scene-editor'}
   ],
   (name) => {
     cameras.show(name === 'Cameras');

@@ -66,8 +66,8 @@ class Page:
         self._last += 1
         self._send(self._messages.ViewerRequest(id=self._last, **body).SerializeToString())
         return self.next(
-            # A moment of the past comes by itself, without an outcome.
-            lambda update: self._last in (update.outcome.id, update.past.id)
+            # A moment of the past and a scene's text come by themselves, without an outcome.
+            lambda update: self._last in (update.outcome.id, update.past.id, update.scene.id)
         ).outcome
 
     def next(self, wanted: Any) -> Any:

@@ -132,6 +132,7 @@ constexpr TestedElsewhere kTestedElsewhere[] = {
     {"aprsim camera fit", "tests/integration/python/test_camera_fit.py", "\"camera\", \"fit\""},
     {"aprsim calibrate", "tests/integration/python/test_calibration.py", "\"calibrate\""},
     {"aprsim compare", "tests/integration/python/test_calibration.py", "\"compare\""},
+    {"build/release/bin/aprsim-ros2", "tests/ros2/publishing_test.cpp", "aprsim-ros2"},
     {"python3 -m venv", "tests/integration/python/test_install.py", "python3 -m venv"},
     {"python3 -m aprsim.datasets", "tests/integration/python/test_datasets.py",
      "python3 -m aprsim.datasets "},
