@@ -17,8 +17,8 @@ class SceneSources {
   explicit SceneSources(std::shared_ptr<const scene::Scene> scene) : scene_(std::move(scene)) {}
 
   [[nodiscard]] web::SceneSource find(const api::CellDescription& cell) const;
-  /// Keeps the text of a draft, whose whole text is `composed`, among the latest, of which there are
-  /// 4 MB.
+  /// Keeps the text of a draft, whose whole text is `composed`, among the latest, of which there
+  /// are 4 MB.
   void keep(std::string composed, std::string text);
 
  private:
