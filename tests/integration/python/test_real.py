@@ -19,7 +19,7 @@ from aprsim.real.base.deviation import Comparison
 from aprsim.real.base.devices import DeviceLies, DeviceLost, address
 from aprsim.real.base.shadow import Shadow
 from aprsim.real.belts.belt_mirror import BeltMirror
-from aprsim.real.robots.crcl_relay import Documents, Relay, question
+from aprsim.real.robots.crcl_relay import CrclRelay, Documents, question
 from aprsim.real.robots.crcl_status import StatusReader, crcl_source, get_status
 from aprsim.real.robots.pacing import Pacing
 from aprsim.real.robots.robot_mirror import RobotMirror
@@ -341,7 +341,7 @@ class BesideTest(unittest.TestCase):
             self.source(real[1]), self.source(simulated[1]),
             Comparison(most_distance_m=1.5e-3, most_delay_s=10), place=tool_of, report=self.told.append,
         )
-        with Relay((HOST, 0), real, allow_commands=True, copy=simulated, report=self.told.append) as relay:
+        with CrclRelay((HOST, 0), real, allow_commands=True, copy=simulated, report=self.told.append) as relay:
             with Cell.connect(self.theirs.ports_file, crcl_ports={"fanuc": relay.port}) as controller:
                 robot = controller.robot("fanuc")
                 robot.move_by([0.03, 0, -0.05])
@@ -414,7 +414,7 @@ class BesideTest(unittest.TestCase):
         disturbed.change = None
         await_that(lambda: shadow.state == "does the same", self.told)
         # The proxy.
-        with Relay(
+        with CrclRelay(
             (HOST, 0), (HOST, disturbed.listens), allow_commands=False, copy=None, report=self.told.append
         ) as relay:
             with StatusReader(HOST, relay.port, 60 * PATIENCE) as reader:
@@ -428,7 +428,7 @@ class BesideTest(unittest.TestCase):
     def test_a_relay_passes_no_commands_unless_they_are_allowed(self):
         real = (HOST, self.real.endpoints.crcl_port("fanuc"))
         before = self.joints(self.real)
-        with Relay((HOST, 0), real, allow_commands=False, copy=None, report=self.told.append) as relay:
+        with CrclRelay((HOST, 0), real, allow_commands=False, copy=None, report=self.told.append) as relay:
             with Cell.connect(self.theirs.ports_file, crcl_ports={"fanuc": relay.port}) as controller:
                 with self.assertRaisesRegex(Exception, "passes no commands"):
                     controller.robot("fanuc").move_by([0, 0, -0.05])

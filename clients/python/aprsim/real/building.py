@@ -26,7 +26,7 @@ from .cameras.camera_mirror import CameraMirror
 from .cameras.picture_relay import PictureRelay
 from .cameras.vision_lines import line_source
 from .relays.broadcast import Broadcast
-from .robots.crcl_relay import Relay
+from .robots.crcl_relay import CrclRelay
 from .robots.crcl_status import crcl_source
 from .robots.robot_mirror import RobotMirror
 from .robots.robot_source import CellReader, RobotSource, arcs_of, tool_of
@@ -81,7 +81,7 @@ class Builder:
         simulated = (endpoints.host, endpoints.crcl_port(one.name))
         if one.source != "mirror":
             copy = simulated if one.source == "shadow" else None
-            relay = Relay(
+            relay = CrclRelay(
                 one.listen, one.address, allow_commands=one.allow_commands, copy=copy, report=self._report
             )
             self._listens(relay, f"{one.name}: controllers", one.listen)

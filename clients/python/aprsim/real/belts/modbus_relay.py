@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import socket
 
-from ...closing import Closing
 from ..base.devices import Report
 from ..relays.copy_link import Copy
-from ..relays.listener import CHUNK, Link, Listener
+from ..relays.listener import CHUNK, Link
+from ..relays.relay import Relay
 from .modbus_wire import Frames, exception_of, function_of, question, refusal, READS
 
 Address = tuple[str, int]
 
 
-class ModbusRelay(Closing):
+class ModbusRelay(Relay):
     """Listens for Modbus/TCP clients. Each gets a connection to the real PLC of its own, whose bytes it
     reads unchanged. Requests that may write pass only where that is allowed; else the client receives the
     exception ILLEGAL FUNCTION. With a `copy`, they go there too."""
@@ -22,14 +22,8 @@ class ModbusRelay(Closing):
         self, listen: Address, real: Address, *, allow_commands: bool, copy: Address | None, report: Report
     ) -> None:
         """Raises AprsimError where it cannot listen."""
-        self._real, self._copy, self._allow, self._report = real, copy, allow_commands, report
-        self._listener = Listener(listen, self._serve, report)
-        self.port = self._listener.port
-        """Where it listens."""
-
-    def close(self) -> None:
-        """Disconnect everybody."""
-        self._listener.close()
+        self._real, self._copy, self._allow = real, copy, allow_commands
+        super().__init__(listen, report)
 
     def _serve(self, link: Link) -> None:
         upstream = link.open(self._real)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from ...calibration.modbus_units import COUNT_M, POSITION
 from ...closing import Closing
+from ..base.cutter import Cutter
 from ..base.device_socket import DeviceSocket
 from ..base.devices import DeviceLies
 from ..base.source import Reader, Reading, Source
@@ -24,26 +25,16 @@ _IS_EXCEPTION = 0x80
 _HALF_TURN, _TURN = 1 << 31, 1 << 32  # of a 32-bit encoder
 
 
-class Frames:
+class Frames(Cutter):
     """Cuts the bytes of a connection into requests or replies."""
 
-    def __init__(self) -> None:
-        self._bytes = b""
-
-    def add(self, data: bytes) -> list[bytes]:
-        """The frames that are complete now. Raises DeviceLies for bytes that are none."""
-        self._bytes += data
-        out = []
-        while len(self._bytes) >= HEADER.size:
-            _, protocol, length, _ = HEADER.unpack_from(self._bytes)
-            if protocol != 0 or not 2 <= length <= _MOST_BYTES - HEADER.size + 1:
-                raise DeviceLies(f"a Modbus header of protocol {protocol} and length {length}")
-            size = HEADER.size - 1 + length
-            if len(self._bytes) < size:
-                break
-            out.append(self._bytes[:size])
-            self._bytes = self._bytes[size:]
-        return out
+    def _size(self) -> int | None:
+        if len(self._bytes) < HEADER.size:
+            return None
+        _, protocol, length, _ = HEADER.unpack_from(self._bytes)
+        if protocol != 0 or not 2 <= length <= _MOST_BYTES - HEADER.size + 1:
+            raise DeviceLies(f"a Modbus header of protocol {protocol} and length {length}")
+        return HEADER.size - 1 + int(length)
 
 
 def function_of(frame: bytes) -> int:

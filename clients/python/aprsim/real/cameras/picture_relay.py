@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from ...closing import Closing
 from ...errors import AprsimError
 from ...hosts import with_port
 from ..base.devices import Report
-from ..relays.listener import CHUNK, Link, Listener
+from ..relays.listener import CHUNK, Link
+from ..relays.relay import Relay
 
 _MOST_BYTES = 1 << 13  # of a request
 _END = b"\r\n\r\n"
@@ -26,19 +26,13 @@ def picture_request(head: bytes, host: str) -> bytes | None:
     return b"GET " + path + b" HTTP/1.1\r\nHost: " + host.encode("ascii") + b"\r\nConnection: close\r\n\r\n"
 
 
-class PictureRelay(Closing):
+class PictureRelay(Relay):
     """Listens for HTTP clients and passes one request of each: `/mjpg/video.mjpg` or `/jpg/image.jpg`."""
 
     def __init__(self, listen: tuple[str, int], real: tuple[str, int], *, report: Report) -> None:
         """Raises AprsimError where it cannot listen."""
         self._real = real
-        self._listener = Listener(listen, self._serve, report)
-        self.port = self._listener.port
-        """Where it listens."""
-
-    def close(self) -> None:
-        """Disconnect everybody."""
-        self._listener.close()
+        super().__init__(listen, report)
 
     def _serve(self, link: Link) -> None:
         head = b""

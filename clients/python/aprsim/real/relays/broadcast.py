@@ -6,14 +6,14 @@ import socket
 import struct
 import threading
 
-from ...closing import Closing
 from ..base.devices import Report
-from .listener import CHUNK, Link, Listener
+from .listener import CHUNK, Link
+from .relay import Relay
 
 _PATIENCE_S = 0.5  # with a client that does not read
 
 
-class Broadcast(Closing):
+class Broadcast(Relay):
     """Sends the messages of a real device to all clients, since the device may serve one alone. Bytes of
     clients are dropped. A client that does not read is disconnected."""
 
@@ -21,13 +21,7 @@ class Broadcast(Closing):
         """Raises AprsimError where it cannot listen."""
         self._links: set[Link] = set()
         self._lock = threading.Lock()
-        self._listener = Listener(listen, self._serve, report)
-        self.port = self._listener.port
-        """Where it listens."""
-
-    def close(self) -> None:
-        """Disconnect everybody."""
-        self._listener.close()
+        super().__init__(listen, report)
 
     def send(self, data: bytes) -> None:
         """Send a whole message to all."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
 
-from ...closing import Closing
 from ...errors import AprsimError
 from ..base.devices import Report
 from ..relays.copy_link import Copy
-from ..relays.listener import CHUNK, Link, Listener
+from ..relays.listener import CHUNK, Link
+from ..relays.relay import Relay
 from .crcl_status import get_status
 
 _ENDS = (b"</CRCLCommandInstance>", b"</CRCLProgram>")
@@ -68,7 +68,7 @@ def _number(root: ElementTree.Element | None) -> int:
     return int(text) if text.isascii() and text.isdecimal() and len(text) <= 10 else 1
 
 
-class Relay(Closing):
+class CrclRelay(Relay):
     """Listens for CRCL clients. Each gets a connection to the real robot of its own, whose bytes it reads
     unchanged. Documents that command pass only where that is allowed; else the client receives CRCL_Error.
     Where it is not, the robot gets questions in words of ours alone. With a `copy`, what passes goes there
@@ -84,14 +84,8 @@ class Relay(Closing):
         report: Report,
     ) -> None:
         """Raises AprsimError where it cannot listen."""
-        self._real, self._copy, self._allow, self._report = real, copy, allow_commands, report
-        self._listener = Listener(listen, self._serve, report)
-        self.port = self._listener.port
-        """Where it listens."""
-
-    def close(self) -> None:
-        """Disconnect everybody."""
-        self._listener.close()
+        self._real, self._copy, self._allow = real, copy, allow_commands
+        super().__init__(listen, report)
 
     def _serve(self, link: Link) -> None:
         _Client(link, self._allow, self._report).serve(self._real, self._copy)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...poses import Array
+from ..base.cutter import Cutter
 from ..base.devices import DeviceLies
 
 JOINT_POSITION, STATUS, FEEDBACK = 10, 13, 15
@@ -62,28 +63,19 @@ def kind_of(data: bytes) -> int:
     return int(HEADER.unpack_from(data)[1])
 
 
-class States:
+class States(Cutter):
     """Cuts the bytes of a state port into messages."""
 
-    def __init__(self) -> None:
-        self._bytes = b""
-
-    def add(self, data: bytes) -> list[bytes]:
-        """The messages that are complete now. Raises DeviceLies for bytes that are none."""
-        self._bytes += data
-        out = []
-        while len(self._bytes) >= HEADER.size:
-            length, kind, _, _ = HEADER.unpack_from(self._bytes)
-            expected = _BODY_BYTES.get(kind)
-            if not HEADER.size - _LENGTH <= length <= _MOST_BYTES:
-                raise DeviceLies(f"a message of {length} bytes")
-            if expected is not None and length != HEADER.size - _LENGTH + expected:
-                raise DeviceLies(f"a message of type {kind} and {length} bytes, where it has {expected + 12}")
-            if len(self._bytes) < _LENGTH + length:
-                break
-            out.append(self._bytes[: _LENGTH + length])
-            self._bytes = self._bytes[_LENGTH + length :]
-        return out
+    def _size(self) -> int | None:
+        if len(self._bytes) < HEADER.size:
+            return None
+        length, kind, _, _ = HEADER.unpack_from(self._bytes)
+        expected = _BODY_BYTES.get(kind)
+        if not HEADER.size - _LENGTH <= length <= _MOST_BYTES:
+            raise DeviceLies(f"a message of {length} bytes")
+        if expected is not None and length != HEADER.size - _LENGTH + expected:
+            raise DeviceLies(f"a message of type {kind} and {length} bytes, where it has {expected + 12}")
+        return _LENGTH + int(length)
 
 
 def joints_of(data: bytes, controller: Controller, count: int) -> Array | None:

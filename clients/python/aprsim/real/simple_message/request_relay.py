@@ -6,17 +6,17 @@ import socket
 from collections import deque
 from typing import Callable
 
-from ...closing import Closing
 from ..base.devices import Report
 from ..relays.copy_link import LATER, Copy
-from ..relays.listener import CHUNK, Link, Listener
+from ..relays.listener import CHUNK, Link
+from ..relays.relay import Relay
 from .messages import States
 from .requests import Port, Requests, may_repeat, opens_gripper, question, refusal, result_of, was_taken
 
 Address = tuple[str, int]
 
 
-class RequestRelay(Closing):
+class RequestRelay(Relay):
     """Listens for clients of a motion or gripper port. Each gets a connection to the real robot of its
     own, whose bytes it reads unchanged. Requests that command pass only where that is allowed; else the
     client is answered as by a controller that takes none. With a `copy`, what the real robot has taken goes
@@ -36,14 +36,8 @@ class RequestRelay(Closing):
         """`passed` receives each request that has passed. Raises AprsimError where it cannot listen."""
         self._passed = passed
         self._port, self._real, self._copy = port, real, copy
-        self._allow, self._report = allow_commands, report
-        self._listener = Listener(listen, self._serve, report)
-        self.port = self._listener.port
-        """Where it listens."""
-
-    def close(self) -> None:
-        """Disconnect everybody."""
-        self._listener.close()
+        self._allow = allow_commands
+        super().__init__(listen, report)
 
     def _serve(self, link: Link) -> None:
         upstream = link.open(self._real)

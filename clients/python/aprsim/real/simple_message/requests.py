@@ -6,6 +6,7 @@ from __future__ import annotations
 import enum
 import struct
 
+from ..base.cutter import Cutter
 from ..base.devices import DeviceLies
 from .messages import (
     FAILURE,
@@ -52,20 +53,12 @@ class Port(enum.Enum):
     FANUC_GRIPPER = enum.auto()
 
 
-class Requests:
+class Requests(Cutter):
     """Cuts a client's bytes into requests: by their types, since clients state wrong lengths."""
 
     def __init__(self, port: Port) -> None:
-        self._port, self._bytes = port, b""
-
-    def add(self, data: bytes) -> list[bytes]:
-        """The requests that are complete now. Raises DeviceLies for bytes that are none."""
-        self._bytes += data
-        out = []
-        while (size := self._size()) is not None and len(self._bytes) >= size:
-            out.append(self._bytes[:size])
-            self._bytes = self._bytes[size:]
-        return out
+        super().__init__()
+        self._port = port
 
     def _size(self) -> int | None:
         if self._port is Port.FANUC_GRIPPER:
