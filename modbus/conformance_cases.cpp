@@ -3,9 +3,6 @@
 #include <utility>
 
 namespace aprsim::modbus::conformance {
-namespace {
-
-// The section of the specification about a function.
 std::string section_of(std::uint8_t function) {
   switch (function) {
     case 15:
@@ -22,6 +19,8 @@ std::string section_of(std::uint8_t function) {
       return "6." + std::to_string(function);
   }
 }
+
+namespace {
 
 class Cases {
  public:

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,9 @@ struct ConformanceCase {
   Bytes pdu;
   int exception;  ///< expected code, or kAccepted
 };
+
+/// The section of the specification about a function.
+[[nodiscard]] std::string section_of(std::uint8_t function);
 
 [[nodiscard]] std::vector<ConformanceCase> conformance_cases();
 

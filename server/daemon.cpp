@@ -23,7 +23,6 @@
 #include "protocols/vision/vision_server.hpp"
 #include "protocols/web/web_server.hpp"
 #include "server/access/security_context.hpp"
-#include "server/cameras/camera_listeners.hpp"
 #include "server/cameras/camera_studio.hpp"
 #include "server/config/memory_shares.hpp"
 #include "server/config/version.hpp"
@@ -31,7 +30,7 @@
 #include "server/journal/journal.hpp"
 #include "server/journal/run_header.hpp"
 #include "server/journal/state_files.hpp"
-#include "server/listeners/modbus_listeners.hpp"
+#include "server/listeners/scene_listeners.hpp"
 #include "server/listeners/server_options.hpp"
 #include "server/operations/cell_log.hpp"
 #include "server/operations/memory_guard.hpp"
@@ -159,6 +158,11 @@ tl::unexpected<Error> not_listening(const std::string& name, const std::string& 
 
 /// Listeners are declared after the simulation, to which they refer, so they are destroyed first.
 class Daemon::Impl {
+  using CameraListeners =
+      SceneListeners<camera_server::CameraServer, camera_server::CameraServerOptions>;
+  using MapListeners =
+      SceneListeners<modbus_server::ModbusServer, modbus_server::ModbusServerOptions>;
+
  public:
   Impl(const Config& config, std::shared_ptr<const scene::Scene> scene, bool demo)
       : shares_(shares_of(config)),
@@ -179,17 +183,10 @@ class Daemon::Impl {
                  .max_bytes =
                      (std::uint64_t{config.cameras.max_mb} << 20U) / kSentPart * (kSentPart - 1)}),
         camera_endpoints_(config.cameras.endpoints),
-        cameras_(studio_,
-                 [this, config](std::size_t place, const std::string& name) {
-                   return camera_options(context(config), place, name);
-                 }),
+        cameras_(camera_source(config)),
         modbus_(with_tap(modbus_options(context(config)), config, modbus_tap_), simulation_,
                 simulation_),
-        modbus_maps_(simulation_, simulation_,
-                     [this, config](std::size_t place, const std::string& name) {
-                       return with_tap(map_options(context(config), place, name), config,
-                                       modbus_tap_);
-                     }),
+        modbus_maps_(map_source(config)),
         telemetry_(grpc_options(config), simulation_, simulation_),
         programs_(config, demo, security_.program_token),
         drafts_(scene) {
@@ -359,6 +356,46 @@ class Daemon::Impl {
     return {config, security_, journal_.get(), refusals(), simulation_.virtual_time()};
   }
 
+  CameraListeners::Source camera_source(const Config& config) {
+    return {.kind = "camera",
+            .scene = [this] { return studio_.cameras(); },
+            .wanted =
+                [this, config] {
+                  const auto cameras = studio_.cameras();
+                  CameraListeners::Wanted wanted;
+                  for (std::size_t i = 0; i < cameras->size(); ++i) {
+                    const std::string& name = (*cameras)[i].name;
+                    wanted[name] = camera_options(context(config), i, name);
+                  }
+                  return wanted;
+                },
+            .make =
+                [this](const auto& options) {
+                  return std::make_unique<camera_server::CameraServer>(options, studio_);
+                }};
+  }
+
+  MapListeners::Source map_source(const Config& config) {
+    return {.kind = "modbus",
+            .scene = [this] { return simulation_.latest()->cell; },
+            .wanted =
+                [this, config] {
+                  const auto cell = simulation_.latest()->cell;
+                  MapListeners::Wanted wanted;
+                  for (std::size_t i = 0; i < cell->modbus_servers.size(); ++i) {
+                    const std::string& name = cell->modbus_servers[i].name;
+                    wanted[name] =
+                        with_tap(map_options(context(config), i, name), config, modbus_tap_);
+                  }
+                  return wanted;
+                },
+            .make =
+                [this](const auto& options) {
+                  return std::make_unique<modbus_server::ModbusServer>(options, simulation_,
+                                                                       simulation_);
+                }};
+  }
+
   template <typename Options>
   static Options with_tap(Options options, const Config& config, protocols::WireTap& tap) {
     if (tapped(config)) options.tap = &tap;
@@ -522,7 +559,7 @@ class Daemon::Impl {
   const std::map<std::string, Endpoint> camera_endpoints_;
   CameraListeners cameras_;
   modbus_server::ModbusServer modbus_;
-  ModbusListeners modbus_maps_;
+  MapListeners modbus_maps_;
   grpc_server::TelemetryServer telemetry_;
   Ports ports_;      // of the other listeners, for the page
   Ports all_ports_;  // of all at the start

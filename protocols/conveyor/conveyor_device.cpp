@@ -5,6 +5,7 @@
 #include <chrono>
 #include <utility>
 
+#include "protocols/conveyor/command_exception.hpp"
 #include "world/api/commands/stop_command.hpp"
 
 namespace aprsim::conveyor {
@@ -32,17 +33,6 @@ modbus::FaultCode fault_of(const api::Snapshot& snapshot) {
       return modbus::FaultCode::kLightCurtain;
   }
   return modbus::FaultCode::kNone;
-}
-
-ExceptionCode exception_for(const Error& error) {
-  switch (error.code) {
-    case ErrorCode::kUnavailable:
-      return ExceptionCode::kServerDeviceBusy;
-    case ErrorCode::kInvalidArgument:
-      return ExceptionCode::kIllegalDataValue;
-    default:
-      return ExceptionCode::kServerDeviceFailure;
-  }
 }
 
 std::size_t offset(std::uint16_t address) {

@@ -10,6 +10,7 @@
 
 #include "clients/aprsim/conform/modbus_check_groups.hpp"
 #include "clients/aprsim/conform/modbus_probe.hpp"
+#include "modbus/conformance_cases.hpp"
 #include "modbus/request.hpp"
 
 namespace aprsim::client::conform {
@@ -18,24 +19,10 @@ namespace {
 using modbus::Area;
 using modbus::conformance::Bytes;
 using modbus::conformance::pdu;
+using modbus::conformance::section_of;
 using modbus::conformance::write_many;
 
 constexpr const char* kClause = "MODBUS Application Protocol V1.1b3, ";
-
-std::string section_of(std::uint8_t function) {
-  switch (function) {
-    case 15:
-      return "6.11";
-    case 16:
-      return "6.12";
-    case 22:
-      return "6.16";
-    case 23:
-      return "6.17";
-    default:
-      return "6." + std::to_string(function);
-  }
-}
 
 std::string exception_to(const Target& target, const Bytes& request, int code) {
   ModbusProbe probe(target);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "protocols/conveyor/command_exception.hpp"
 #include "world/api/commands/stop_command.hpp"
 
 namespace aprsim::modbus_server {
@@ -15,17 +16,6 @@ using modbus::ExceptionCode;
 // Bound on writes that the simulation has not confirmed. Its queue is smaller; this bounds the
 // memory if the simulation stops confirming.
 constexpr std::size_t kMaxPending = 4096;
-
-ExceptionCode exception_for(const Error& error) {
-  switch (error.code) {
-    case ErrorCode::kUnavailable:
-      return ExceptionCode::kServerDeviceBusy;
-    case ErrorCode::kInvalidArgument:
-      return ExceptionCode::kIllegalDataValue;
-    default:
-      return ExceptionCode::kServerDeviceFailure;
-  }
-}
 
 /// The value that a client may set the signal to; absent = none. A count that stands for a limit of
 /// the signal may be beyond it by its rounding.
@@ -196,7 +186,7 @@ modbus::Checked<api::Ticket> MapBank::submit(const api::SignalCommands& commands
   api::Ticket last = 0;
   for (auto& body : bodies) {
     const auto ticket = sink_.submit({endpoint_, std::move(body)});
-    if (!ticket) return tl::unexpected(exception_for(ticket.error()));
+    if (!ticket) return tl::unexpected(conveyor::exception_for(ticket.error()));
     last = *ticket;
   }
   return last;
