@@ -63,6 +63,17 @@ std::string suggestion(std::string_view word, const std::vector<std::string>& kn
   return near.empty() ? "" : " (did you mean " + near + "?)";
 }
 
+/// A whole number of YAML's core schema, decimal or hexadecimal (0x8000).
+std::optional<std::int64_t> whole_number(std::string_view text) {
+  constexpr std::string_view kHexadecimal = "0x";
+  if (!text.starts_with(kHexadecimal)) return parse_number<std::int64_t>(text);
+  text.remove_prefix(kHexadecimal.size());
+  std::uint32_t number = 0;
+  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), number, 16);
+  const bool whole = problem == std::errc() && end == text.data() + text.size();
+  return whole ? std::optional<std::int64_t>(number) : std::nullopt;
+}
+
 }  // namespace
 
 bool Range::holds(double value) const {
@@ -150,7 +161,7 @@ std::int64_t Node::integer(std::int64_t min, std::int64_t max) const {
     return context_->recorder->integer(key_, min, max);
   }
   if (value_ && value_->kind == Value::Kind::kScalar && !value_->quoted) {
-    const auto number = parse_number<std::int64_t>(value_->scalar);
+    const auto number = whole_number(value_->scalar);
     if (number && *number >= min && *number <= max) return *number;
   }
   const bool bounded = max != std::numeric_limits<std::int64_t>::max();

@@ -34,6 +34,19 @@ TEST(YamlReader, ReadsEveryType) {
   EXPECT_FALSE(document.error());
 }
 
+TEST(YamlReader, WholeNumbersMayBeHexadecimal) {
+  const Document document = parsed("a: 0x8000\nb: 0xFf\n");
+  const Map map = document.root().map({"a", "b"});
+  EXPECT_EQ(map["a"].integer(), 0x8000);
+  EXPECT_EQ(map["b"].integer(), 255);
+  EXPECT_FALSE(document.error());
+  for (const char* wrong : {"0x", "0X10", "-0x1", "+0x1", "0x1g", "0x1FFFFFFFF", "'0x10'", "x10"}) {
+    const Document refused = parsed(std::string("a: ") + wrong + "\n");
+    EXPECT_EQ(refused.root().map({"a"})["a"].integer(), 0) << wrong;
+    EXPECT_TRUE(refused.error()) << wrong;
+  }
+}
+
 TEST(YamlReader, FallbacksServeAbsentKeysOnly) {
   const Document document = parsed("there: 5\n");
   const Map map = document.root().map({"there", "absent"});
