@@ -7,8 +7,8 @@
 
 namespace aprsim::modbus_server {
 
-/// A request or reply with its MBAP header as an event of the tap: a poll unless it writes. Peer
-/// and time are unset. Thread: any.
+/// A request or reply with its MBAP header as an event of the tap: a poll unless it writes. Source,
+/// peer and time are unset. Thread: any.
 [[nodiscard]] protocols::WireEvent wire_event(std::span<const std::uint8_t> adu);
 
 }  // namespace aprsim::modbus_server

@@ -3,18 +3,18 @@
 #include <deque>
 #include <optional>
 #include <string>
-#include <string_view>
+#include <utility>
 
-#include "modbus/register_map.hpp"
+#include "server/replay/read_registers.hpp"
 #include "server/replay/wire_reply.hpp"
 
 namespace aprsim::server::journal {
 
-/// Recomputes the replies of a Modbus connection, as far as the cell alone determines them: the
-/// documented registers. Thread: one at a time.
+/// Recomputes the replies of a Modbus connection, as far as the cell alone determines them: what is
+/// read from registers. Thread: one at a time.
 class ModbusReplies {
  public:
-  explicit ModbusReplies(const modbus::ConveyorScaling& scaling) : scaling_(scaling) {}
+  explicit ModbusReplies(RegisterDeviation registers) : registers_(std::move(registers)) {}
 
   /// A unit of the client.
   void received(const std::string& unit, world::RunTime at);
@@ -27,7 +27,7 @@ class ModbusReplies {
     std::string unit;
   };
 
-  const modbus::ConveyorScaling scaling_;
+  const RegisterDeviation registers_;
   std::deque<Asked> asked_;  ///< requests without a reply yet
 };
 

@@ -120,6 +120,7 @@ void ReplayTaps::show_modbus(const v1::JournalWire& wire, protocols::WireEvent e
   const std::string& unit = wire.data();
   protocols::WireEvent shown =
       modbus_server::wire_event({reinterpret_cast<const std::uint8_t*>(unit.data()), unit.size()});
+  shown.source = std::move(event.source);
   shown.peer = std::move(event.peer);
   shown.from_client = event.from_client;
   shown.time = event.time;

@@ -48,7 +48,10 @@ WireCheck::Connection& WireCheck::connection_of(const v1::JournalWire& wire) {
   if (wire.kind() == v1::WIRE_KIND_CRCL && connection->robot) {
     connection->crcl = std::make_shared<CrclReplies>(*connection->robot);
   } else if (wire.listener() == "modbus" && scaling_) {
-    connection->modbus = std::make_shared<ModbusReplies>(*scaling_);
+    connection->modbus = std::make_shared<ModbusReplies>(conveyor_deviation(*scaling_));
+  } else if (wire.kind() == v1::WIRE_KIND_MODBUS && dot != std::string::npos) {
+    const std::string server = wire.listener().substr(dot + 1);
+    connection->modbus = std::make_shared<ModbusReplies>(map_deviation(server));
   } else if (wire.kind() == v1::WIRE_KIND_SIMPLE_MESSAGE && connection->robot &&
              controllers_.contains(*connection->robot)) {
     connection->states = std::make_shared<SimpleMessageStates>(*connection->robot,

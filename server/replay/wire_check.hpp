@@ -27,7 +27,7 @@ namespace aprsim::server::journal {
 /// registers read by Modbus clients, lines of cameras. Thread: one at a time.
 class WireCheck {
  public:
-  /// `scaling`: of the recorded run's belt; absent = Modbus replies are not compared.
+  /// `scaling`: of the recorded run's belt; absent = replies of its PLC are not compared.
   WireCheck(const scene::Scene& scene, const std::optional<modbus::ConveyorScaling>& scaling);
 
   /// Processes each record in order, before it is replayed; `runs`: whether it is.

@@ -16,6 +16,8 @@ bool WireMoments::add(world::RunTime time, const api::Snapshot& snapshot) {
   for (api::RobotSnapshot& robot : kept.robots) robot.vision = {};
   kept.conveyor = snapshot.conveyor;
   kept.light_curtain = snapshot.light_curtain;
+  kept.devices = snapshot.devices;
+  kept.world_fault = snapshot.world_fault;
   if (moments_.size() > kMost) moments_.pop_front();
   return follows;
 }

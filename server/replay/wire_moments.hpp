@@ -32,7 +32,7 @@ class WireMoments {
  private:
   struct Moment {
     world::RunTime time;
-    api::Snapshot snapshot;  ///< robots without cameras, conveyor, light curtain, time
+    api::Snapshot snapshot;  ///< all that listeners report, without cameras
   };
 
   std::deque<Moment> moments_;

@@ -53,12 +53,23 @@ class Belt {
 class ReplayOfWires : public testing::Test {
  protected:
   void SetUp() override {
-    DaemonProcess daemon(
-        {"--no-web", "--speed", "2", "--journal", file_, "--set", "modbus.full_scale_m_s=0.4"});
+    const std::string scene = directory_.write("mapped.yaml",
+                                               "base: aprs\n"
+                                               "modbus_servers:\n"
+                                               "  - name: line\n"
+                                               "    registers:\n"
+                                               "      - {area: coil, address: 0, signal: belt.run,"
+                                               " access: write}\n"
+                                               "      - {area: input, address: 7, signal:"
+                                               " belt.travel_m, encoding: int32, scale: 0.0001}\n"
+                                               "      - {area: input, address: 9, signal:"
+                                               " cell.time_s, encoding: float32}\n");
+    DaemonProcess daemon({"--no-web", "--scene", scene, "--speed", "2", "--journal", file_, "--set",
+                          "modbus.full_scale_m_s=0.4"});
     CellClient cell(daemon.port("grpc"));
     CrclTextClient fanuc(daemon.port("crcl.fanuc")), motoman(daemon.port("crcl.motoman"));
     VisionClient camera(daemon.port("vision.fanuc"));
-    Belt belt(daemon.port("modbus"));
+    Belt belt(daemon.port("modbus")), line(daemon.port("modbus.line"));
     fanuc.send("InitCanonType");
     motoman.send("InitCanonType");
     fanuc.send("EnableGripperType", "<GripperName>fanuc_gripper</GripperName>");
@@ -79,6 +90,7 @@ class ReplayOfWires : public testing::Test {
       fanuc.send("SetEndEffectorType",
                  degrees > 0 ? "<Setting>1</Setting>" : "<Setting>0</Setting>");
       belt.read_inputs(0x8000, 16);
+      line.read_inputs(7, 4);
       camera.take();
     }
     EXPECT_EQ(daemon.stop(SIGTERM).exit_code, 0);
@@ -165,6 +177,12 @@ TEST_F(ReplayOfWires, GivesAllRepliesAgainAndNamesTheFirstThatIsAnotherOne) {
          // The low word of the position of the belt is in the sixth register.
          if (!sent_by(wire, "modbus", step) || wire.data().size() < 30) return false;
          (*wire.mutable_data())[9 + 2 * 4 + 1] ^= 1;
+         return true;
+       }},
+      {"modbus.line", "belt.travel_m (0x0007) by 0.0",
+       [&](v1::JournalWire& wire) {
+         if (!sent_by(wire, "modbus.line", step)) return false;
+         (*wire.mutable_data())[9 + 3] ^= 64;  // more than the belt goes meanwhile
          return true;
        }},
       {"vision.fanuc", "a line that the camera does not send", [&](v1::JournalWire& wire) {

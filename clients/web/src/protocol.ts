@@ -8,9 +8,10 @@ export type {
   TrayGeometry,
   Piece,
   FixtureDescription,
-  ConveyorDescription
+  ConveyorDescription,
+  ModbusServer
 } from '../generated/aprsim/v1/cell_pb';
-export {BodyKind} from '../generated/aprsim/v1/cell_pb';
+export {BodyKind, RegisterArea, RegisterEncoding, WordOrder} from '../generated/aprsim/v1/cell_pb';
 export type {
   Snapshot,
   RobotState,

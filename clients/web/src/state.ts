@@ -70,6 +70,7 @@ export class State {
   readonly snapshotChanged = new Signal<Snapshot>();
   readonly accessChanged = new Signal<void>();
   readonly statusChanged = new Signal<ServerStatus>();
+  readonly registerMapChanged = new Signal<void>();
   readonly registersChanged = new Signal<number[]>();
   readonly faultsChanged = new Signal<FaultList>();
   readonly programsChanged = new Signal<ProgramStatus>();
@@ -250,6 +251,7 @@ export class State {
         break;
       case 'registerMap':
         this.registerMap = body.value.registers;
+        this.registerMapChanged.emit();
         break;
       case 'registers':
         this.registersChanged.emit(body.value.values);

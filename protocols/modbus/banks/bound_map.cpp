@@ -58,6 +58,7 @@ BoundMap::BoundMap(const api::RegisterMap& map, const api::CellDescription& cell
                     .scale = mapped.scale,
                     .offset = mapped.offset,
                     .wraps = signal->info->wraps};
+    bound.signal_name = mapped.signal;
     bound.signal = *std::move(signal);
     registers_.push_back(std::move(bound));
   }

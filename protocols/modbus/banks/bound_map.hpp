@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "modbus/register_view.hpp"
@@ -18,6 +19,7 @@ struct BoundRegister {
   std::uint16_t address = 0;
   bool writable = false;
   modbus::ValueFormat format;
+  std::string signal_name;
   api::BoundSignal signal;
 };
 

@@ -34,62 +34,17 @@ std::optional<double> accepted(const BoundRegister& of, double value) {
 
 MapBank::MapBank(std::string name, api::EndpointId endpoint, api::CommandSink& sink,
                  const api::SnapshotSource& source)
-    : name_(std::move(name)), endpoint_(endpoint), sink_(sink), source_(source) {
+    : endpoint_(endpoint), sink_(sink), source_(source), memory_(std::move(name)) {
   refresh();
 }
 
-void MapBank::follow_scene() { take_map_of(*source_.latest()); }
-
-void MapBank::take_map_of(const api::Snapshot& snapshot) {
-  if (cell_ == snapshot.cell || !snapshot.cell) return;
-  cell_ = snapshot.cell;
-  const auto& maps = cell_->modbus_servers;
-  const auto map = std::ranges::find(maps, name_, &api::RegisterMap::name);
-  addresses_.map = map == maps.end() ? BoundMap() : BoundMap(*map, *cell_);
-  const std::size_t size = addresses_.map.size();
-  holding_.assign(size, 0);
-  input_.assign(size, 0);
-  coils_.assign(size, 0);
-  discrete_.assign(size, 0);
-}
+void MapBank::follow_scene() { memory_.follow(*source_.latest()); }
 
 void MapBank::refresh() {
   const api::SnapshotPtr snapshot = source_.latest();
-  take_map_of(*snapshot);
+  memory_.read(*snapshot);
   applied_ = snapshot->applied;
   while (!pending_.empty() && applied(pending_.front().ticket)) pending_.pop_front();
-  const int first = addresses_.map.first();
-  for (const BoundRegister& each : addresses_.map.registers()) {
-    // An action has no state of its own.
-    const bool reads = each.signal.info->use != api::SignalUse::kWrite;
-    const double value = reads ? api::value_of(each.signal, *snapshot) : 0;
-    const modbus::ValueWords words = modbus::to_words(value, each.format);
-    const auto at = static_cast<std::size_t>(each.address - first);
-    switch (each.area) {
-      case Area::kCoil:
-        coils_[at] = static_cast<std::uint8_t>(words[0]);
-        break;
-      case Area::kDiscreteInput:
-        discrete_[at] = static_cast<std::uint8_t>(words[0]);
-        break;
-      case Area::kInputRegister:
-        std::copy_n(words.begin(), each.format.words(), input_.begin() + each.address - first);
-        break;
-      case Area::kHoldingRegister:
-        std::copy_n(words.begin(), each.format.words(), holding_.begin() + each.address - first);
-        break;
-    }
-  }
-}
-
-modbus::RegisterView MapBank::memory() const {
-  modbus::RegisterView view;
-  view.first = addresses_.map.first();
-  view.holding = holding_;
-  view.input = input_;
-  view.coils = coils_;
-  view.discrete = discrete_;
-  return view;
 }
 
 modbus::Checked<api::Ticket> MapBank::write(const modbus::Request& request) {
@@ -138,8 +93,7 @@ MapBank::Values MapBank::values_of(const modbus::Request& request) const {
 }
 
 std::uint16_t MapBank::latest(Area area, std::uint16_t address) const {
-  const auto at = static_cast<std::size_t>(address - addresses_.map.first());
-  std::uint16_t value = area == Area::kCoil ? coils_[at] : holding_[at];
+  std::uint16_t value = memory_.writable(area, address);
   for (const PendingWrite& write : pending_) {
     const int index = int{address} - int{write.values.address};
     const auto& values = write.values.values;
@@ -154,7 +108,7 @@ std::uint16_t MapBank::latest(Area area, std::uint16_t address) const {
 modbus::Checked<api::SignalCommands> MapBank::commands_of(const Values& values) const {
   api::SignalCommands commands;
   const std::size_t count = values.values.size();
-  for (const BoundRegister* each : addresses_.map.touched(values.area, values.address, count)) {
+  for (const BoundRegister* each : memory_.map().touched(values.area, values.address, count)) {
     modbus::ValueWords words{};
     for (int i = 0; i < each->format.words(); ++i) {
       // A word of the value that is not written keeps what it has.
@@ -193,14 +147,8 @@ modbus::Checked<api::Ticket> MapBank::submit(const api::SignalCommands& commands
 }
 
 void MapBank::store(const Values& values) {
-  const std::size_t at = static_cast<std::size_t>(values.address - addresses_.map.first());
-  for (std::size_t i = 0; i < values.values.size() && at + i < holding_.size(); ++i) {
-    if (values.area == Area::kCoil) {
-      coils_[at + i] = static_cast<std::uint8_t>(values.values[i]);
-    } else {
-      holding_[at + i] = values.values[i];
-    }
-  }
+  std::size_t address = values.address;
+  for (const std::uint16_t value : values.values) memory_.overwrite(values.area, address++, value);
 }
 
 }  // namespace aprsim::modbus_server

@@ -2,12 +2,10 @@
 
 #include <cstdint>
 #include <deque>
-#include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "protocols/modbus/banks/bound_map.hpp"
+#include "protocols/modbus/banks/map_memory.hpp"
 #include "protocols/modbus/banks/register_bank.hpp"
 
 namespace aprsim::modbus_server {
@@ -25,7 +23,7 @@ class MapBank final : public RegisterBank {
   [[nodiscard]] const modbus::AddressSpace* addresses() const override { return &addresses_; }
   void follow_scene() override;
   void refresh() override;
-  [[nodiscard]] modbus::RegisterView memory() const override;
+  [[nodiscard]] modbus::RegisterView memory() const override { return memory_.view(); }
   [[nodiscard]] modbus::Checked<api::Ticket> write(const modbus::Request& request) override;
   [[nodiscard]] bool is_stop(const modbus::Request& request) const override;
   void show(api::Ticket ticket) override;
@@ -34,11 +32,12 @@ class MapBank final : public RegisterBank {
  private:
   /// The map of the present scene, at one address for the listener's rules.
   struct Addresses final : modbus::AddressSpace {
-    BoundMap map;
+    explicit Addresses(const MapMemory& of) : memory(of) {}
     [[nodiscard]] bool has(modbus::Area area, std::uint16_t address, std::uint16_t count,
                            bool write) const override {
-      return map.has(area, address, count, write);
+      return memory.map().has(area, address, count, write);
     }
+    const MapMemory& memory;
   };
   /// Words, or 0 and 1, from an address on.
   struct Values {
@@ -51,7 +50,6 @@ class MapBank final : public RegisterBank {
     Values values;
   };
 
-  void take_map_of(const api::Snapshot& snapshot);
   [[nodiscard]] Values values_of(const modbus::Request& request) const;
   /// A word or bit with the writes under way taken into account.
   [[nodiscard]] std::uint16_t latest(modbus::Area area, std::uint16_t address) const;
@@ -59,16 +57,12 @@ class MapBank final : public RegisterBank {
   [[nodiscard]] modbus::Checked<api::Ticket> submit(const api::SignalCommands& commands);
   void store(const Values& values);
 
-  const std::string name_;
   const api::EndpointId endpoint_;
   api::CommandSink& sink_;
   const api::SnapshotSource& source_;
 
-  std::shared_ptr<const api::CellDescription> cell_;  // that the map belongs to
-  Addresses addresses_;
-  // Entries from the map's first address on.
-  std::vector<std::uint16_t> holding_, input_;
-  std::vector<std::uint8_t> coils_, discrete_;
+  MapMemory memory_;
+  const Addresses addresses_{memory_};
   std::deque<PendingWrite> pending_;  // by ticket
   api::Ticket applied_ = 0;
 };

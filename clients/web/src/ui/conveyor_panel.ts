@@ -10,7 +10,7 @@ import type {State} from '../state';
 import type {Access} from './access';
 import {button, card, Facts, h, text} from './dom';
 import {CurtainCard} from './curtain_card';
-import {counts, engineering} from './modbus_text';
+import {counts, engineering, isBit} from './named_registers';
 import {RegisterInput} from './register_input';
 import {units} from './units';
 
@@ -163,7 +163,7 @@ export class ConveyorPanel {
       if (!info || !row) return;
       text(
         row.hex,
-        bits(info)
+        isBit(info.area)
           ? String(raw)
           : `0x${raw
               .toString(16)
@@ -200,11 +200,7 @@ export class ConveyorPanel {
   }
 }
 
-function bits(info: RegisterInfo): boolean {
-  return info.area === 'coil' || info.area === 'discrete';
-}
-
 function valueText(info: RegisterInfo, raw: number): string {
-  if (bits(info)) return raw ? 'on' : 'off';
+  if (isBit(info.area)) return raw ? 'on' : 'off';
   return engineering(info, raw) || String(counts(info, raw));
 }

@@ -1,5 +1,5 @@
 // Modbus/TCP messages as text.
-import type {RegisterInfo} from '../protocol';
+import type {NamedRegister} from './named_registers';
 
 const kFunctions: Record<number, string> = {
   1: 'read coils',
@@ -45,22 +45,9 @@ export interface ModbusLine {
 const hex = (value: number, digits = 4): string =>
   `0x${value.toString(16).toUpperCase().padStart(digits, '0')}`;
 
-/** Counts as a signed or unsigned number. */
-export function counts(info: RegisterInfo, raw: number): number {
-  const wrap = 2 ** (16 * info.words);
-  return info.isSigned && raw >= wrap / 2 ? raw - wrap : raw;
-}
-
-/** Counts as a physical value; empty for plain numbers. */
-export function engineering(info: RegisterInfo, raw: number): string {
-  if (info.resolution === 0) return '';
-  const digits = Math.max(0, Math.min(6, Math.ceil(-Math.log10(info.resolution) - 1e-6)));
-  return `${(counts(info, raw) * info.resolution).toFixed(digits)} ${info.unit}`;
-}
-
-/** Requests and replies with the names of their registers. */
+/** Requests and replies of one server with the names of its registers. */
 export class ModbusText {
-  constructor(private readonly map: () => RegisterInfo[]) {}
+  constructor(private readonly registers: NamedRegister[]) {}
 
   /** `request`: the request of a reply, if known. */
   line(data: Uint8Array, fromClient: boolean, request?: Uint8Array): ModbusLine {
@@ -91,9 +78,9 @@ export class ModbusText {
       case 4:
         return word(2) === 1 ? start : `${start} and ${word(2) - 1} more`;
       case 5:
-        return `${start} := ${word(2) ? 'on' : 'off'}`;
+        return this.values(area, word(0), 1, () => word(2), ' := ');
       case 6:
-        return `${start} := ${this.value(area, word(0), word(2))}`;
+        return this.values(area, word(0), 1, () => word(2), ' := ');
       case 15:
         return this.values(area, word(0), word(2), bitsOf(data.subarray(13)), ' := ');
       case 16:
@@ -119,21 +106,13 @@ export class ModbusText {
     return this.values(kAreas[code]!, asked.word(0), count, at, ' = ');
   }
 
-  private find(area: string, address: number): RegisterInfo | undefined {
-    return this.map().find((info) => info.area === area && info.address === address);
+  private find(area: string, address: number): NamedRegister | undefined {
+    return this.registers.find((each) => each.area === area && each.address === address);
   }
 
   private place(area: string, address: number): string {
     const name = this.find(area, address)?.name;
     return name ? `${name} ${hex(address)}` : hex(address);
-  }
-
-  private value(area: string, address: number, raw: number): string {
-    if (area === 'coil' || area === 'discrete') return raw ? 'on' : 'off';
-    const info = this.find(area, address);
-    if (!info) return String(raw);
-    const scaled = engineering(info, raw);
-    return scaled ? `${counts(info, raw)} (${scaled})` : String(counts(info, raw));
   }
 
   private values(
@@ -146,13 +125,20 @@ export class ModbusText {
     const lines: string[] = [];
     for (let i = 0; i < count; ) {
       if (lines.length === kMaxValues) return `${lines.join(', ')}, …`;
-      const words = Math.min(this.find(area, start + i)?.words ?? 1, count - i);
-      const raw = words === 2 ? at(i) * 65536 + at(i + 1) : at(i);
-      lines.push(`${this.place(area, start + i)}${sign}${this.value(area, start + i, raw)}`);
-      i += words;
+      const register = this.find(area, start + i);
+      const whole = register !== undefined && i + register.words <= count;
+      const words = Array.from({length: whole ? register.words : 1}, (_, k) => at(i + k));
+      const text = whole ? register.text(words) : plain(area, words[0]!);
+      lines.push(`${this.place(area, start + i)}${sign}${text}`);
+      i += words.length;
     }
     return lines.join(', ');
   }
+}
+
+function plain(area: string, word: number): string {
+  if (area === 'coil' || area === 'discrete') return word ? 'on' : 'off';
+  return String(word);
 }
 
 /** Reader of the data after the function code. */

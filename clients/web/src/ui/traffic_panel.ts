@@ -4,6 +4,7 @@ import type {Snapshot, WireEvent, WireEvents} from '../protocol';
 import {simTime, type State} from '../state';
 import {button, card, download, h, text} from './dom';
 import {hexOf, modbusDump, ModbusText} from './modbus_text';
+import {conveyorRegisters, mapRegisters} from './named_registers';
 import {simSeconds, wallClock} from './time';
 import {prettyXml} from './xml';
 
@@ -53,7 +54,7 @@ export class TrafficPanel {
   );
   private readonly quiet: HTMLInputElement;
   private readonly pauseButton = button('Pause', () => this.pause());
-  private readonly modbus: ModbusText;
+  private readonly modbus = new Map<string, ModbusText>(); // by source, of the present cell
   private commands: Row[] = [];
   private polls: Row[] = [];
   private readonly open = new Map<string, Row>(); // by source, peer and id
@@ -68,7 +69,8 @@ export class TrafficPanel {
     private readonly state: State,
     private readonly wire: 'crcl' | 'modbus'
   ) {
-    this.modbus = new ModbusText(() => state.registerMap);
+    state.cellChanged.on(() => this.modbus.clear());
+    state.registerMapChanged.on(() => this.modbus.clear());
     const crcl = wire === 'crcl';
     const title = crcl ? 'CRCL commands' : 'Modbus traffic';
     this.body = h('tbody', {'data-testid': `${wire}-rows`});
@@ -177,6 +179,19 @@ export class TrafficPanel {
   }
 
   /** A row for the event; null where it updates another row. */
+  /** Text of the messages of a listener: "modbus" of the conveyor, "modbus.NAME" of a scene's server. */
+  private textOf(source: string): ModbusText {
+    let text = this.modbus.get(source);
+    if (text) return text;
+    const server = this.state.cell?.modbusServers.find(({name}) => source === `modbus.${name}`);
+    const isConveyor = source === 'modbus';
+    text = new ModbusText(
+      isConveyor ? conveyorRegisters(this.state.registerMap) : server ? mapRegisters(server) : []
+    );
+    this.modbus.set(source, text);
+    return text;
+  }
+
   private row(event: WireEvent): Row | null {
     const latency = event.fromClient ? '' : (event.latencyS * 1000).toFixed(2);
     if (event.source === 'page')
@@ -190,7 +205,11 @@ export class TrafficPanel {
     const key = `${event.source} ${this.wire === 'modbus' ? event.peer : ''} ${event.id}`;
     if (this.wire === 'modbus') {
       const request = event.fromClient ? undefined : this.open.get(key)?.event.data;
-      const row = {event, latency, ...this.modbus.line(event.data, event.fromClient, request)};
+      const row = {
+        event,
+        latency,
+        ...this.textOf(event.source).line(event.data, event.fromClient, request)
+      };
       if (event.fromClient) this.expect(key, row);
       else this.open.delete(key);
       return row;
