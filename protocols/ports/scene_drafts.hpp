@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <string>
 #include <vector>
@@ -30,8 +31,14 @@ struct SceneDraft {
     std::string file;   ///< absolute path
     std::string text;   ///< URDF
   };
+  /// Slots of a tray in which a robot can grip.
+  struct Reach {
+    std::size_t robot = 0, body = 0;  ///< numbers in the cell
+    std::vector<std::size_t> slots;   ///< numbers in the tray
+  };
   api::SnapshotPtr snapshot;
-  std::vector<Model> models;  ///< of all its robots
+  std::vector<Model> models;   ///< of all its robots
+  std::vector<Reach> reaches;  ///< of each robot and tray; empty = not known
 };
 
 /// Scenes that are edited beside the running cell, which they do not change.

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/drafts/tray_reach.hpp"
 #include "world/base/yaml/yaml_tree.hpp"
 #include "world/cell/world.hpp"
 #include "world/devices/device_group.hpp"
@@ -112,6 +113,7 @@ Result<web::SceneDraft> DraftBuilder::make(const Request& request) {
   auto snapshot = std::make_shared<api::Snapshot>();
   world.write(*snapshot);
   snapshot->paused = true;
+  draft.reaches = tray_reaches(world.models(), *snapshot);
   draft.snapshot = std::move(snapshot);
   const std::lock_guard lock(mutex_);
   sources_.keep(scene->text, request.text);

@@ -17,7 +17,10 @@ before(async () => {
   folder = mkdtempSync(join(tmpdir(), 'aprsim-editor-'));
   daemon = await Daemon.start(['--scene', 'empty_belt']);
   browser = await openBrowser();
-  page = await openPage(browser, daemon, {viewport: {width: 1440, height: 900}, bypassCSP: true});
+  page = await openPage(browser, daemon, {
+    viewport: {width: 1440, height: 900},
+    bypassCSP: true
+  });
   await page.evaluate(axe);
   await page.getByRole('tab', {name: 'Scene', exact: true}).click();
 });
@@ -142,6 +145,20 @@ test('a cell from nothing: table, tray, gear and robot', async () => {
       return view.robots.length === 1 && view.robots[0].arm !== null;
     })
   );
+});
+
+test('a tray says how many of its slots the robot reaches', async () => {
+  const robot = id('thing-robots/fanuc_lrmate200id_1');
+  const reach = async () => {
+    await id('thing-trays/small_gear_vessel_1').click();
+    return id('editor-reach').textContent();
+  };
+  assert.equal(await reach(), 'Slots in reach from above: fanuc_lrmate200id_1 2 of 4.');
+  await robot.click();
+  await setProperty('base-xyz_m-0', -3);
+  assert.equal(await reach(), 'Slots in reach from above: fanuc_lrmate200id_1 0 of 4.');
+  await click('editor-undo');
+  assert.match(await reach(), / 2 of 4\.$/);
 });
 
 test('keys move, turn and remove; a copy has names of its own', async () => {

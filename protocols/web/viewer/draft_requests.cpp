@@ -63,6 +63,12 @@ void DraftRequests::write(const Answer& answer, v1::SceneDraft& message) const {
   protocols::write_message(*snapshot.cell, *message.mutable_cell());
   if (options_.visual)
     write_message(options_.visual(*snapshot.cell), *message.mutable_appearance());
+  for (const SceneDraft::Reach& reach : answer.draft->reaches) {
+    auto& out = *message.add_reaches();
+    out.set_robot(static_cast<std::uint32_t>(reach.robot));
+    out.set_body(static_cast<std::uint32_t>(reach.body));
+    for (const std::size_t slot : reach.slots) out.add_slots(static_cast<std::uint32_t>(slot));
+  }
   for (const SceneDraft::Model& model : answer.draft->models) {
     const bool known = std::ranges::any_of(options_.models, [&model](const auto& present) {
       return present.first == model.robot && present.second == model.file;

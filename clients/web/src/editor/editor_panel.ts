@@ -346,6 +346,13 @@ export class EditorPanel {
     });
   }
 
+  private reachText(thing: Thing): string {
+    const reach = this.editor.reachOf(thing);
+    if (reach.length === 0) return '';
+    const each = reach.map(({robot, reached, slots}) => `${robot} ${reached} of ${slots}`);
+    return `Slots in reach from above: ${each.join(', ')}.`;
+  }
+
   private listOffers(): void {
     const offers = this.editor.library.offers(this.editor.scene);
     const names = offers.map(({kind, type}) => `${kind.key}/${type}`).join();
@@ -368,7 +375,8 @@ export class EditorPanel {
   private async showProperties(): Promise<void> {
     this.schema ??= (await (await fetch('scene.schema.json')).json()) as Schema;
     const {chosen, problem} = this.editor;
-    const key = JSON.stringify([chosen?.id, chosen?.value, problem]);
+    const reach = chosen ? this.reachText(chosen) : '';
+    const key = JSON.stringify([chosen?.id, chosen?.value, problem, reach]);
     if (key === this.formOf) return;
     this.formOf = key;
     if (!chosen) {
@@ -381,6 +389,7 @@ export class EditorPanel {
     const focused = (document.activeElement as HTMLElement | null)?.dataset.testid;
     this.properties.replaceChildren(
       h('h3', {}, chosen.name),
+      h('p', {class: 'meaning', 'data-testid': 'editor-reach'}, reach),
       propertyForm(
         chosen,
         chosen.kind.single ? list : list?.items,

@@ -160,6 +160,20 @@ export class SceneEditor {
     return picks;
   }
 
+  /** How many slots of a tray each robot reaches from above; none for anything else. */
+  reachOf(thing: Thing): {robot: string; reached: number; slots: number}[] {
+    const cell = this.shown?.cell;
+    const body = cell?.bodies.findIndex(({name}) => name === thing.name) ?? -1;
+    const geometry = cell?.bodies[body]?.geometry;
+    if (geometry?.case !== 'tray') return [];
+    const slots = geometry.value.slots.length;
+    return this.shown!.reaches.filter((reach) => reach.body === body).map((reach) => ({
+      robot: cell!.robots[reach.robot]?.name ?? '',
+      reached: reach.slots.length,
+      slots
+    }));
+  }
+
   move(thing: Thing, to: Place): Promise<boolean> {
     return this.change(thing.id, () => {
       const now = this.things.find(({id}) => id === thing.id);

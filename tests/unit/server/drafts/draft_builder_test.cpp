@@ -2,10 +2,14 @@
 // from.
 #include "server/drafts/draft_builder.hpp"
 
+#include <algorithm>
+#include <functional>
 #include <future>
 #include <memory>
 #include <string>
+#include <vector>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "server/drafts/scene_sources.hpp"
@@ -76,6 +80,44 @@ TEST_F(Drafts, MayHaveOtherRobotsWithTheirModels) {
   ASSERT_EQ(draft->models.size(), 1U);
   EXPECT_EQ(draft->models[0].robot, "new");
   EXPECT_NE(draft->models[0].text.find("<robot"), std::string::npos);
+}
+
+std::size_t slots_in_reach(const web::SceneDraft& draft, std::size_t robot,
+                           const std::string& tray) {
+  for (const auto& reach : draft.reaches) {
+    if (reach.robot == robot && draft.snapshot->cell->bodies[reach.body].name == tray) {
+      return reach.slots.size();
+    }
+  }
+  ADD_FAILURE() << tray;
+  return 0;
+}
+
+/// The tray lies on a table about the arm's base at these places.
+TEST_F(Drafts, SayWhichSlotsARobotReaches) {
+  const auto cell = [](double base_m, double tray_m, double yaw_deg) {
+    return fmt::format(
+        "types: [types/gears_2017.yaml, types/robots.yaml]\n"
+        "fixed:\n  - {{name: table, xyz_m: [0, 0, -0.05], size_m: [20, 20, 0.1]}}\n"
+        "robots:\n  - {{name: one, type: fanuc_lrmate200id, base: {{xyz_m: [{}, 0, 0]}}}}\n"
+        "trays:\n  - {{name: tray, type: sku_small_gear_vessel, on: table, xy_m: [{}, 0],"
+        " yaw_deg: {}}}\n",
+        base_m, tray_m, yaw_deg);
+  };
+  std::vector<std::size_t> reached;
+  for (const double away_m : {0.4, 0.5, 0.6, 0.7, 0.8, 1.0, 5.0}) {
+    const auto draft = built(builder, cell(0, away_m, 0));
+    ASSERT_TRUE(draft) << draft.error().message;
+    reached.push_back(slots_in_reach(*draft, 0, "tray"));
+    // It depends on where the tray is from the robot alone.
+    const auto moved = built(builder, cell(-2, away_m - 2, 0));
+    ASSERT_TRUE(moved) << moved.error().message;
+    EXPECT_EQ(slots_in_reach(*moved, 0, "tray"), reached.back()) << away_m;
+  }
+  EXPECT_EQ(reached.front(), 4U);
+  EXPECT_EQ(reached.back(), 0U);
+  EXPECT_TRUE(std::ranges::is_sorted(reached, std::greater()));
+  EXPECT_GT(std::ranges::count_if(reached, [](auto slots) { return slots > 0 && slots < 4; }), 0);
 }
 
 TEST_F(Drafts, AreRefusedWithTheReasonAndWithoutPaths) {
