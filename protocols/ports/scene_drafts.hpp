@@ -38,7 +38,7 @@ struct SceneDraft {
   };
   api::SnapshotPtr snapshot;
   std::vector<Model> models;   ///< of all its robots
-  std::vector<Reach> reaches;  ///< of each robot and tray; empty = not known
+  std::vector<Reach> reaches;  ///< one for each robot and tray; empty = not known
 };
 
 /// Scenes that are edited beside the running cell, which they do not change.

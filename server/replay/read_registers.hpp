@@ -21,9 +21,9 @@ struct ReadRegisters {
 /// Their deviation from the cell at a moment. Thread: one at a time.
 using RegisterDeviation = std::function<Deviation(const ReadRegisters&, const api::Snapshot&)>;
 
-/// Of the conveyor's PLC: its documented registers.
+/// Compares the documented registers of the conveyor's PLC.
 [[nodiscard]] RegisterDeviation conveyor_deviation(const modbus::ConveyorScaling& scaling);
-/// Of a server that the scene describes, by name: the registers that a signal determines.
+/// Compares the registers of the scene's server `server` that a signal determines.
 [[nodiscard]] RegisterDeviation map_deviation(const std::string& server);
 
 }  // namespace aprsim::server::journal
