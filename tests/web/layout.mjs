@@ -22,6 +22,14 @@ function findFaults() {
     const id = element.dataset.testid ?? element.className.baseVal ?? element.className;
     return `${element.tagName.toLowerCase()}${id ? `.${id}` : ''} "${text.slice(0, 50)}"`;
   };
+  /** The function of an element, computed once for each. */
+  const once = (of) => {
+    const known = new Map();
+    return (element) => {
+      if (!known.has(element)) known.set(element, of(element));
+      return known.get(element);
+    };
+  };
   const boxOf = ({left, right, top, bottom}) => ({left, right, top, bottom});
   const has = (box) => box.right > box.left && box.bottom > box.top;
   const meet = (a, b) => ({
@@ -35,6 +43,18 @@ function findFaults() {
     y: Math.max(outer.top - inner.top, inner.bottom - outer.bottom)
   });
 
+  /** Where an element cuts its contents: its box and the axes that scroll, `outer` null if it cuts nothing. */
+  const cutterOf = once((at) => {
+    const {overflowX, overflowY, position} = getComputedStyle(at);
+    const fixed = position === 'fixed';
+    if (overflowX === 'visible' && overflowY === 'visible') return {fixed, outer: null};
+    const scrolls = {
+      x: /auto|scroll/.test(overflowX) && at !== document.body,
+      y: /auto|scroll/.test(overflowY) && at !== document.body
+    };
+    return {fixed, outer: boxOf(at.getBoundingClientRect()), scrolls};
+  });
+
   /** The part of a box that is in view, and by how many pixels boxes that do not scroll cut it. */
   const clip = (first, box) => {
     let cut_px = 0,
@@ -42,13 +62,8 @@ function findFaults() {
       seen = box;
     const scrolled = {x: false, y: false};
     for (let at = first; at; at = at.parentElement) {
-      const {overflowX, overflowY, position} = getComputedStyle(at);
-      if (overflowX !== 'visible' || overflowY !== 'visible') {
-        const outer = boxOf(at.getBoundingClientRect());
-        const scrolls = {
-          x: /auto|scroll/.test(overflowX) && at !== document.body,
-          y: /auto|scroll/.test(overflowY) && at !== document.body
-        };
+      const {fixed, outer, scrolls} = cutterOf(at);
+      if (outer) {
         const out = beyond(seen, outer);
         for (const axis of ['x', 'y']) {
           if (scrolls[axis]) scrolled[axis] = true;
@@ -56,7 +71,7 @@ function findFaults() {
         }
         seen = meet(seen, outer);
       }
-      if (position === 'fixed') break;
+      if (fixed) break;
     }
     const out = beyond(seen, {left: 0, top: 0, right: innerWidth, bottom: innerHeight});
     if (has(seen) && Math.max(out.x, out.y) > cut_px)
@@ -130,40 +145,42 @@ function findFaults() {
   }
 
   // ---- overlaps, of what is in view
-  const layerOf = (element) =>
-    element.closest('dialog, .pick, .start, .layers, .toasts, .offline-note, .stage');
+  const layerOf = once((element) =>
+    element.closest('dialog, .pick, .start, .layers, .toasts, .offline-note, .stage')
+  );
   const overlapping = (a, b) => {
     const {left, right, top, bottom} = meet(a.seen, b.seen);
     return right - left > kSlack_px && bottom - top > kSlack_px;
   };
   const related = (a, b) => a === b || a.contains(b) || b.contains(a);
   const visible = controls.filter(({seen}) => has(seen));
-  const sticky = (element) => element.closest('.jog-bar, th') !== null;
+  const sticky = once((element) => element.closest('.jog-bar, th') !== null);
   visible.forEach((a, i) => {
     for (const b of visible.slice(i + 1)) {
+      if (!overlapping(a, b)) continue;
       if (related(a.element, b.element) || sticky(a.element) !== sticky(b.element)) continue;
-      if (overlapping(a, b)) faults.push(`${nameOf(a.element)} and ${nameOf(b.element)} overlap`);
+      faults.push(`${nameOf(a.element)} and ${nameOf(b.element)} overlap`);
     }
   });
   const lines = texts.filter(({seen}) => has(seen));
   lines.forEach((a, i) => {
     for (const b of lines.slice(i + 1)) {
-      if (layerOf(a.element) !== layerOf(b.element)) continue;
-      if (a.element === b.element || sticky(a.element) !== sticky(b.element)) continue;
       const {left, right, top, bottom} = meet(a.seen, b.seen);
-      if (right - left > 2 && bottom - top > 3)
+      if (right - left <= 2 || bottom - top <= 3) continue;
+      if (layerOf(a.element) !== layerOf(b.element)) continue;
+      if (a.element !== b.element && sticky(a.element) === sticky(b.element))
         faults.push(`${nameOf(a.element)} is written over ${nameOf(b.element)}`);
     }
   });
   for (const {element, seen} of texts) {
     if (!has(seen)) continue;
     for (const control of visible) {
+      const {left, right, top, bottom} = meet(seen, control.seen);
+      if (right - left <= 2 || bottom - top <= 3) continue;
       if (related(element, control.element) || element.closest('label')?.contains(control.element))
         continue;
       if (layerOf(element) !== layerOf(control.element)) continue;
-      if (sticky(element) !== sticky(control.element)) continue;
-      const {left, right, top, bottom} = meet(seen, control.seen);
-      if (right - left > 2 && bottom - top > 3)
+      if (sticky(element) === sticky(control.element))
         faults.push(`${nameOf(control.element)} is over the text of ${nameOf(element)}`);
     }
   }

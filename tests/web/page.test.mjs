@@ -397,16 +397,8 @@ test('no accessibility finding, dark or light; fits a phone', async () => {
   await other.evaluate(axe);
   for (const theme of ['dark', 'light']) {
     assert.equal(await other.evaluate(() => document.documentElement.dataset.theme), theme);
-    for (const name of [
-      'Conveyor',
-      'CRCL',
-      'Modbus',
-      'Charts',
-      'Faults',
-      'Scenarios',
-      'Cameras',
-      'Robots'
-    ]) {
+    // Beside the view; panels.test.mjs has every panel in both colours without one.
+    for (const name of ['Charts', 'Robots']) {
       await tab(name, other);
       const {violations} = await other.evaluate(() =>
         globalThis.axe.run(document, {resultTypes: ['violations']})
