@@ -11,6 +11,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/case_count.hpp"
 #include "world/cell/world.hpp"
 #include "world/render/cell/cell_model.hpp"
 #include "world/render/cell/part_meshes.hpp"
@@ -122,7 +123,7 @@ TEST_F(CellPicture, SegmentsAreThoseOfIndependentRays) {
   const RayCaster rays(placements);
   std::mt19937 random(1);
   std::set<std::uint16_t> seen;
-  for (int i = 0; i < 100000; ++i) {
+  for (int i = 0; i < test::case_count(100000); ++i) {
     const int x = static_cast<int>(random() % 960), y = static_cast<int>(random() % 540);
     const Eigen::Vector2d d = *camera_.lens.direction({x, y});
     const auto hits = rays.cast(camera_.X_PC.p, camera_.X_PC.q * Eigen::Vector3d(d.x(), d.y(), 1));

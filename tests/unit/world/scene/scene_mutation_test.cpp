@@ -2,6 +2,7 @@
 #include <random>
 #include <sstream>
 
+#include "tests/support/case_count.hpp"
 #include "tests/unit/world/scene/scene_fixture.hpp"
 
 namespace aprsim::scene {
@@ -69,8 +70,8 @@ TEST_F(MutatedScenes, LoadOrSayWhereTheyAreWrong) {
                                           "fanuc_only.yaml",   "types/gears_2017.yaml",
                                           "types/robots.yaml", "empty_belt.yaml"};
   int refused = 0;
-  constexpr int kRuns = 1500;
-  for (int run = 0; run < kRuns; ++run) {
+  const int runs = test::case_count(1500);
+  for (int run = 0; run < runs; ++run) {
     const std::string& name = files[random() % files.size()];
     const std::string original = read_file(directory_ + '/' + name);
     std::vector<std::string> lines = lines_of(original);
@@ -85,8 +86,8 @@ TEST_F(MutatedScenes, LoadOrSayWhereTheyAreWrong) {
     EXPECT_NE(scene.error().message.find(": found "), std::string::npos)
         << "run " << run << ": " << scene.error().message;
   }
-  EXPECT_GT(refused, kRuns / 2);
-  EXPECT_LT(refused, kRuns);
+  EXPECT_GT(refused, runs / 2);
+  EXPECT_LT(refused, runs);
 }
 
 TEST_F(MutatedScenes, AKeyTooManyIsRefusedInEveryMap) {
