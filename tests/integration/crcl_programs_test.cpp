@@ -7,6 +7,7 @@
 #include <map>
 #include <regex>
 #include <sstream>
+#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -45,6 +46,8 @@ std::string outcome_of(CrclTextClient& client, const std::string& program) {
     const std::string length = CrclTextClient::field(status, "ProgramLength");
     const bool last = !index.empty() && std::stoi(index) + 1 == std::stoi(length);
     if (last && CrclTextClient::field(status, "CommandState") == "CRCL_Done") return status;
+    // The programs need the processor more than the polls do.
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   throw std::runtime_error("the program does not end");
 }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <stdexcept>
 #include <string>
+#include <thread>
 
 #include "crcl/schema.hpp"
 #include "tests/support/tcp_socket.hpp"
@@ -78,6 +79,7 @@ class CrclTextClient {
         if (state == "CRCL_Error") throw std::runtime_error(text);
       }
       if (std::chrono::steady_clock::now() > end) throw std::runtime_error("not done: " + text);
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));  // the cell needs the processor
     }
   }
 
