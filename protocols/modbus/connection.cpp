@@ -4,10 +4,13 @@
 
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/post.hpp>
+#include <boost/asio/ssl/error.hpp>
 #include <boost/asio/write.hpp>
+#include <fmt/format.h>
 
 #include "protocols/modbus/reply_faults.hpp"
 #include "protocols/net/peer_end.hpp"
+#include "protocols/net/tls.hpp"
 #include "protocols/ports/wire_faults.hpp"
 
 namespace aprsim::modbus_server {
@@ -26,7 +29,8 @@ constexpr int kSendBufferBytes = 64 * 1024;
 
 Connection::Connection(boost::asio::ip::tcp::socket socket, std::string peer,
                        protocols::ConnectionLimiter::Slot slot, ListenerContext& context)
-    : socket_(std::move(socket)),
+    : stream_(std::move(socket),
+              context.options.listener.tls ? context.options.listener.tls->context() : nullptr),
       peer_(std::move(peer)),
       slot_(std::move(slot)),
       context_(context),
@@ -42,11 +46,41 @@ Connection::Connection(boost::asio::ip::tcp::socket socket, std::string peer,
 
 void Connection::start() {
   error_code ignored;
-  socket_.set_option(boost::asio::socket_base::send_buffer_size(kSendBufferBytes), ignored);
+  stream_.next_layer().set_option(boost::asio::socket_base::send_buffer_size(kSendBufferBytes),
+                                  ignored);
   deadlines_.restart_idle();
   context_.log.info(peer_ + " connected");
+  ready_ = !stream_.is_secure();
+  if (!ready_) {
+    deadlines_.begin_handshake();
+    context_.handshakes.admit(this, [weak = weak_from_this()] {
+      if (const auto self = weak.lock()) self->begin_handshake();
+    });
+  }
   deadlines_.watch(shared_from_this());
   read();
+}
+
+void Connection::begin_handshake() {
+  stream_.async_handshake([self = shared_from_this()](const error_code& error) {
+    if (!self->closed_) self->on_handshake(error);
+  });
+}
+
+void Connection::on_handshake(const error_code& error) {
+  deadlines_.end_handshake();
+  if (error) {
+    const auto& tls = context_.options.listener.tls;
+    return close(tls->failure(stream_.native_handle(), error.message()), true);
+  }
+  auto rights = rights_of(stream_.native_handle(), context_.options.roles);
+  if (!rights) return close(rights.error().message, true);
+  rights_ = std::move(*rights);
+  ready_ = true;
+  record_.identify(rights_.identity());
+  context_.log.info(
+      fmt::format("{} is {}: {}", peer_, rights_.identity(), protocols::to_text(rights_.role())));
+  process();
 }
 
 void Connection::drain() {
@@ -68,8 +102,13 @@ void Connection::close(std::string_view why, bool fault) {
   } else {
     context_.log.info(line);
   }
+  if (!ready_) context_.handshakes.leave(this);
+  // Begins to send close_notify, without waiting for the client's.
+  if (ready_ && stream_.is_secure()) {
+    stream_.async_shutdown([self = shared_from_this()](const error_code&) {});
+  }
   error_code ignored;
-  socket_.close(ignored);
+  stream_.next_layer().close(ignored);
   deadlines_.close();
   replies_.close();
   record_.closed(why);
@@ -78,9 +117,9 @@ void Connection::close(std::string_view why, bool fault) {
 
 void Connection::read() {
   const std::span<std::uint8_t> room = reader_.room();
-  if (reading_ || ended_ || draining_ || closed_ || room.empty()) return;
+  if (!ready_ || reading_ || ended_ || draining_ || closed_ || room.empty()) return;
   reading_ = true;
-  socket_.async_read_some(boost::asio::buffer(room.data(), room.size()),
+  stream_.async_read_some(boost::asio::buffer(room.data(), room.size()),
                           [self = shared_from_this()](const error_code& error, std::size_t size) {
                             self->reading_ = false;
                             if (self->closed_) return;
@@ -102,7 +141,8 @@ void Connection::on_read(std::size_t size) {
 }
 
 void Connection::on_end_of_stream(const error_code& error) {
-  if (error != boost::asio::error::eof) {
+  // Many clients close without close_notify. A request is framed by itself, so none is cut short.
+  if (error != boost::asio::error::eof && error != boost::asio::ssl::error::stream_truncated) {
     close(error.message(), false);
     return;
   }
@@ -124,7 +164,7 @@ bool Connection::is_stop(const modbus::ValidatedRequest& validated) const {
 // closed peer still gets its replies, and a turn of writes is still executed. False: the connection
 // has ended.
 bool Connection::follow_peer() {
-  const auto noticed = protocols::notice_peer_end(socket_.native_handle());
+  const auto noticed = protocols::notice_peer_end(stream_.next_layer().native_handle());
   if (noticed && noticed->error != boost::asio::error::eof) {
     close(noticed->error.message(), false);
     return false;
@@ -205,9 +245,12 @@ void Connection::break_stream(std::string_view reason) {
 void Connection::take(const modbus::ValidatedRequest& validated) {
   slot_.used();
   deadlines_.restart_idle();
-  record_.request(validated.adu);
+  const std::string refusal = refusal_of(validated);
+  record_.request(validated.adu, refusal);
   join_time();
-  if (!rate_.admit(Clock::now()) && !is_stop(validated)) {
+  if (!refusal.empty()) {
+    reply(executor_.refuse(validated.adu, modbus::ExceptionCode::kIllegalFunction));
+  } else if (!rate_.admit(Clock::now()) && !is_stop(validated)) {
     reply(executor_.refuse(validated.adu, modbus::ExceptionCode::kServerDeviceBusy));
   } else if (pacer_.joined()) {
     take_time(validated);
@@ -215,6 +258,17 @@ void Connection::take(const modbus::ValidatedRequest& validated) {
     execute(validated);
     if (executor_.waiting()) context_.await_applied(shared_from_this());
   }
+}
+
+// The log has each function once a connection.
+std::string Connection::refusal_of(const modbus::ValidatedRequest& validated) {
+  const std::uint8_t function = validated.adu[modbus::kHeaderSize];
+  const std::string refusal = rights_.refusal(function).value_or("");
+  if (!refusal.empty() && !refused_functions_[function]) {
+    refused_functions_.set(function);
+    context_.log.warn(fmt::format("refused {} ({}): {}", peer_, rights_.identity(), refusal));
+  }
+  return refusal;
 }
 
 void Connection::join_time() {
@@ -285,7 +339,7 @@ void Connection::write() {
   const std::span<const std::uint8_t> bytes = replies_.begin_write();
   if (bytes.empty()) return;
   deadlines_.begin_write();
-  boost::asio::async_write(socket_, boost::asio::buffer(bytes.data(), bytes.size()),
+  boost::asio::async_write(stream_, boost::asio::buffer(bytes.data(), bytes.size()),
                            [self = shared_from_this()](const error_code& error, std::size_t) {
                              self->on_written(error);
                            });

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <bitset>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -18,15 +19,17 @@
 #include "protocols/modbus/reply_queue.hpp"
 #include "protocols/modbus/request_executor.hpp"
 #include "protocols/modbus/request_reader.hpp"
+#include "protocols/modbus/security/client_rights.hpp"
 #include "protocols/net/connection_limiter.hpp"
 #include "protocols/net/time_pacer.hpp"
+#include "protocols/net/tls_stream.hpp"
 #include "world/base/rate_limit.hpp"
 
 namespace aprsim::modbus_server {
 
-/// One client: reads bytes, validates each request and replies in the order of the requests. Memory
-/// is bounded, nothing waits for the peer, and a stalled peer is dropped. Thread: the
-/// listener's.
+/// One client, after its TLS handshake where the port has one: reads bytes, validates each request
+/// and replies in the order of the requests. Memory is bounded, nothing waits for the peer, and a
+/// stalled peer is dropped. Thread: the listener's.
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
   using Clock = std::chrono::steady_clock;
@@ -46,12 +49,15 @@ class Connection : public std::enable_shared_from_this<Connection> {
   [[nodiscard]] bool poll_applied(Clock::time_point now);
 
  private:
+  void begin_handshake();
+  void on_handshake(const boost::system::error_code& error);
   void read();
   void on_read(std::size_t size);
   void on_end_of_stream(const boost::system::error_code& error);
   void process();
   [[nodiscard]] bool follow_peer();
   [[nodiscard]] bool admits(const modbus::ValidatedRequest& validated);
+  [[nodiscard]] std::string refusal_of(const modbus::ValidatedRequest& validated);
   [[nodiscard]] bool may_process_request() const;
   [[nodiscard]] bool is_stop(const modbus::ValidatedRequest& validated) const;
   [[nodiscard]] bool process_request();
@@ -69,17 +75,20 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void on_written(const boost::system::error_code& error);
   void on_deadline();
 
-  boost::asio::ip::tcp::socket socket_;
+  protocols::TlsStream<boost::asio::ip::tcp::socket> stream_;
   const std::string peer_;
   protocols::ConnectionLimiter::Slot slot_;
   ListenerContext& context_;
   ConnectionRecord record_;
+  ClientRights rights_;
+  std::bitset<256> refused_functions_;  // whose refusal was logged
   Deadlines deadlines_;
   protocols::RateLimit rate_;
   RequestReader reader_;
   RequestExecutor executor_;
   ReplyQueue replies_;
   protocols::TimePacer pacer_;  // nothing is sent while it waits
+  bool ready_ = false;          // for requests: no handshake is left
   bool reading_ = false, scheduled_ = false;
   bool ended_ = false, draining_ = false, closed_ = false;
   bool peer_closed_ = false;  // it has closed; unread requests may be left

@@ -24,10 +24,10 @@ void ConnectionRecord::received(std::span<const std::uint8_t> adu, std::string_v
   trace_.received(text_of(adu), fault);
 }
 
-void ConnectionRecord::request(std::span<const std::uint8_t> adu) {
+void ConnectionRecord::request(std::span<const std::uint8_t> adu, const std::string& refusal) {
   ++context_.counters.requests;
   received_at_ = Clock::now();
-  tap(true, adu);
+  tap(true, adu, refusal);
 }
 
 void ConnectionRecord::reply(std::span<const std::uint8_t> adu) {
@@ -45,7 +45,8 @@ void ConnectionRecord::sent(std::span<const std::uint8_t> adus) {
   }
 }
 
-void ConnectionRecord::tap(bool from_client, std::span<const std::uint8_t> adu) {
+void ConnectionRecord::tap(bool from_client, std::span<const std::uint8_t> adu,
+                           const std::string& refusal) {
   protocols::WireTap* const tap = context_.options.tap;
   if (!tap) return;
   protocols::WireEvent event = wire_event(adu);
@@ -53,6 +54,8 @@ void ConnectionRecord::tap(bool from_client, std::span<const std::uint8_t> adu) 
   const std::chrono::duration<double> since = Clock::now() - received_at_;
   event.source = listener_name(context_.options);
   event.peer = peer_;
+  event.identity = identity_;
+  event.state = refusal;
   event.from_client = from_client;
   event.time = std::chrono::system_clock::now();
   if (!from_client) event.latency_s = since.count();

@@ -25,7 +25,7 @@ void Deadlines::restart_idle() {
 // A timer that fires early finds nothing due and is restarted. So an ordinary request costs no
 // timer operation.
 void Deadlines::watch(std::shared_ptr<const void> owner) {
-  const Clock::time_point due = std::min({request_due_, write_due_, idle_due_});
+  const Clock::time_point due = std::min({handshake_due_, request_due_, write_due_, idle_due_});
   if (closed_ || due >= timer_at_) return;
   timer_at_ = due;
   timer_.expires_at(due);
@@ -38,6 +38,7 @@ void Deadlines::watch(std::shared_ptr<const void> owner) {
 
 std::string Deadlines::missed(bool waits_for_us) {
   const Clock::time_point now = Clock::now();
+  if (now >= handshake_due_) return "no TLS handshake within " + millis(options_.handshake_timeout);
   if (now >= request_due_) {
     return "a request was incomplete for " + millis(options_.partial_timeout);
   }

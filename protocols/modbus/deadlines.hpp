@@ -12,8 +12,9 @@
 
 namespace aprsim::modbus_server {
 
-/// Deadlines of a client: to complete a request, to take its replies, to send a request. One timer,
-/// which an ordinary request does not restart. Thread: the executor's.
+/// Deadlines of a client: to finish its TLS handshake, to complete a request, to take its replies,
+/// to send a request. One timer, which an ordinary request does not restart. Thread: the
+/// executor's.
 class Deadlines {
  public:
   using Clock = std::chrono::steady_clock;
@@ -22,6 +23,8 @@ class Deadlines {
   Deadlines(const boost::asio::any_io_executor& io, const ModbusServerOptions& options,
             std::function<void()> on_due);
 
+  void begin_handshake() { handshake_due_ = Clock::now() + options_.handshake_timeout; }
+  void end_handshake() { handshake_due_ = kNever; }
   /// A request is incomplete: its time runs from its first byte.
   void begin_request();
   void end_request() { request_due_ = kNever; }
@@ -43,6 +46,7 @@ class Deadlines {
   const ModbusServerOptions& options_;
   std::function<void()> on_due_;
   boost::asio::steady_timer timer_;
+  Clock::time_point handshake_due_ = kNever;
   Clock::time_point request_due_ = kNever, write_due_ = kNever, idle_due_ = kNever;
   Clock::time_point timer_at_ = kNever;
   bool closed_ = false;

@@ -11,6 +11,7 @@
 #include "protocols/modbus/banks/register_bank.hpp"
 #include "protocols/modbus/modbus_server.hpp"
 #include "protocols/modbus/reply_builder.hpp"
+#include "protocols/modbus/security/handshake_pace.hpp"
 #include "protocols/net/limited_log.hpp"
 #include "world/base/duration_histogram.hpp"
 
@@ -23,7 +24,7 @@ struct Counters {
   api::DurationHistogram answer_times;  ///< from a request to its reply
 };
 
-/// Everything that the connections of a listener share. Thread: the listener's.
+/// Everything that the connections of a port share. Thread: the listener's.
 struct ListenerContext {
   boost::asio::io_context& io;
   const ModbusServerOptions& options;
@@ -31,6 +32,7 @@ struct ListenerContext {
   ReplyBuilder& replies;
   protocols::LimitedLog& log;
   Counters& counters;
+  HandshakePace& handshakes;  ///< of ports with TLS
   modbus::RequestRules rules;
   const api::SnapshotSource& source;  ///< of injected faults
   /// Calls poll_applied() of this connection every millisecond or so until it returns false.

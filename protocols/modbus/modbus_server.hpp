@@ -4,24 +4,32 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "modbus/register_map.hpp"
+#include "protocols/modbus/security/client_rights.hpp"
 #include "protocols/net/listener_options.hpp"
 #include "protocols/record/wire_tap.hpp"
 #include "world/api/ports/ports.hpp"
 #include "world/base/duration_histogram.hpp"
 #include "world/base/result.hpp"
 
-/// The conveyor's PLC, and the servers that a scene describes, over Modbus/TCP.
+/// The conveyor's PLC, and the servers that a scene describes, over Modbus/TCP and Modbus Security.
 namespace aprsim::modbus_server {
 
 /// In virtual time each request takes its poll period where "modbus" is declared to pace.
 struct ModbusServerOptions {
   std::string map = {};  ///< name of a server of the scene; empty = the conveyor's PLC
 
+  /// With `tls` it is a port of Modbus Security: clients show a certificate, and `roles` hold.
   protocols::ListenerOptions listener{.port = 1502, .limits = {.at_once = 128}};
+  /// One more port in front of the same registers, with `tls`; absent = none.
+  std::optional<protocols::ListenerOptions> secure = {};
+  RoleRules roles = {};
+  /// A TLS handshake must be finished this long after the connection.
+  std::chrono::milliseconds handshake_timeout{5000};
   std::vector<std::uint8_t> unit_ids;  ///< others get exception 11; none = any unit id is ours
   bool read_only = false;              ///< functions that write get exception 1
   /// Requests a connection may make in a second; further ones get exception 6. 0 = no limit.
@@ -45,7 +53,8 @@ struct ModbusServerOptions {
   protocols::WireTap* tap = nullptr;  ///< sees the messages; outlives the server
 };
 
-/// Name of the listener in logs, records and the ports file: "modbus", or "modbus.NAME".
+/// Name of the listener in logs, records and the ports file: "modbus" or "modbus.NAME", with TLS
+/// "modbus_tls" or "modbus_tls.NAME".
 [[nodiscard]] std::string listener_name(const ModbusServerOptions& options);
 
 struct ModbusServerStats {
@@ -78,15 +87,19 @@ class ModbusServer {
   ModbusServer(const ModbusServer&) = delete;
   ModbusServer& operator=(const ModbusServer&) = delete;
 
-  /// Listens and starts the thread; returns the port. Fails with the address, port and cause.
-  /// Once only. Thread: the owner's.
+  /// Listens and starts the thread; returns the port. Fails with the listener's name
+  /// (field), address, port and cause. Once only. Thread: the owner's.
   [[nodiscard]] Result<std::uint16_t> start();
+  /// Port of `secure` after start().
+  [[nodiscard]] std::uint16_t secure_port() const;
   /// Accepts no more connections or requests, sends replies until the drain deadline, closes
   /// everything and joins. A second call has no effect. Thread: the owner's.
   void stop();
 
   /// Thread: any.
   [[nodiscard]] ModbusServerStats stats() const;
+  /// Of the port `secure`; absent = there is none.
+  [[nodiscard]] std::optional<ModbusServerStats> secure_stats() const;
 
  private:
   class Impl;

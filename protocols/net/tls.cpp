@@ -114,57 +114,59 @@ int choose_protocol(SSL* /*connection*/, const unsigned char** chosen, unsigned 
 
 // Each with its length before it.
 constexpr std::string_view kHttp1 = "\x08http/1.1", kHttp2 = "\x02h2";
+/// TLS 1.2 without HMAC-SHA-1 and with the suites of.
+constexpr const char* kModbusCiphers = "ECDHE+AESGCM:ECDHE+CHACHA20";
 
 /// A key with a password would make the daemon ask on its terminal.
 int no_password(char* /*to*/, int /*size*/, int /*writing*/, void* /*unused*/) { return -1; }
 
-Result<void> use_certificate(SSL_CTX* context, const std::string& path) {
-  if (auto ok = check_readable("tls.certificate", path); !ok) return ok;
+Result<void> use_certificate(SSL_CTX* context, const TlsFiles& files) {
+  const std::string key = files.section + ".certificate";
+  const std::string& path = files.certificate;
+  if (auto ok = check_readable(key, path); !ok) return ok;
   if (SSL_CTX_use_certificate_chain_file(context, path.c_str()) != 1) {
-    return wrong("tls.certificate", path + " holds no certificate in PEM: " + complaint());
+    return wrong(key, path + " holds no certificate in PEM: " + complaint());
   }
   const X509* certificate = SSL_CTX_get0_certificate(context);
   if (X509_cmp_current_time(X509_get0_notAfter(certificate)) < 0) {
-    return wrong("tls.certificate", "the certificate in " + path + " has expired");
+    return wrong(key, "the certificate in " + path + " has expired");
   }
   if (X509_cmp_current_time(X509_get0_notBefore(certificate)) > 0) {
-    return wrong("tls.certificate", "the certificate in " + path + " does not hold yet");
+    return wrong(key, "the certificate in " + path + " does not hold yet");
   }
   return {};
 }
 
 Result<void> use_key(SSL_CTX* context, const TlsFiles& files) {
-  if (auto ok = check_readable("tls.key", files.key); !ok) return ok;
+  const std::string key = files.section + ".key";
+  if (auto ok = check_readable(key, files.key); !ok) return ok;
   struct stat status {};
   if (stat(files.key.c_str(), &status) == 0 && (status.st_mode & S_IRWXO) != 0) {
-    return wrong("tls.key",
-                 fmt::format("{} has mode {:03o}, so that everybody reaches it; expected "
-                             "600 or 640",
-                             files.key, status.st_mode & 0777U));
+    return wrong(key, fmt::format("{} has mode {:03o}, so that everybody reaches it; expected "
+                                  "600 or 640",
+                                  files.key, status.st_mode & 0777U));
   }
   SSL_CTX_set_default_passwd_cb(context, no_password);
   if (SSL_CTX_use_PrivateKey_file(context, files.key.c_str(), SSL_FILETYPE_PEM) != 1) {
     const std::string why = complaint();
-    return wrong("tls.key",
-                 why == "key values mismatch"
-                     ? files.key + " is not the key of the certificate in " + files.certificate
-                     : files.key + " holds no private key in PEM without a password: " + why);
+    return wrong(key, why == "key values mismatch"
+                          ? files.key + " is not the key of the certificate in " + files.certificate
+                          : files.key + " holds no private key in PEM without a password: " + why);
   }
   if (SSL_CTX_check_private_key(context) != 1) {
-    return wrong("tls.key",
-                 files.key + " is not the key of the certificate in " + files.certificate);
+    return wrong(key, files.key + " is not the key of the certificate in " + files.certificate);
   }
   return {};
 }
 
 Result<void> ask_clients(SSL_CTX* context, const TlsFiles& files) {
   if (files.client_ca.empty()) return {};
-  if (auto ok = check_readable("tls.client_ca", files.client_ca); !ok) return ok;
+  const std::string key = files.section + ".client_ca";
+  if (auto ok = check_readable(key, files.client_ca); !ok) return ok;
   auto* names = SSL_load_client_CA_file(files.client_ca.c_str());
   if (names == nullptr ||
       SSL_CTX_load_verify_locations(context, files.client_ca.c_str(), nullptr) != 1) {
-    return wrong("tls.client_ca",
-                 files.client_ca + " holds no certificates in PEM: " + complaint());
+    return wrong(key, files.client_ca + " holds no certificates in PEM: " + complaint());
   }
   SSL_CTX_set_client_CA_list(context, names);
   SSL_CTX_set_verify(context,
@@ -173,20 +175,29 @@ Result<void> ask_clients(SSL_CTX* context, const TlsFiles& files) {
   return {};
 }
 
+void speak(SSL_CTX* context, Tls::Protocol protocol) {
+  if (protocol == Tls::Protocol::kModbus) {
+    // Every OpenSSL has them.
+    (void)SSL_CTX_set_cipher_list(context, kModbusCiphers);
+    return;
+  }
+  const std::string_view& wanted = protocol == Tls::Protocol::kHttp2 ? kHttp2 : kHttp1;
+  SSL_CTX_set_alpn_select_cb(context, choose_protocol, const_cast<std::string_view*>(&wanted));
+}
+
 Result<std::shared_ptr<ssl::context>> make(const TlsFiles& files, Tls::Protocol protocol) {
   auto made = std::make_shared<ssl::context>(ssl::context::tls_server);
   SSL_CTX* context = made->native_handle();
   ERR_clear_error();
-  SSL_CTX_set_min_proto_version(context, TLS1_2_VERSION);
+  SSL_CTX_set_min_proto_version(context, files.only_tls_1_3 ? TLS1_3_VERSION : TLS1_2_VERSION);
   // A session that is taken up again would keep what a certificate that is over has shown.
   SSL_CTX_set_options(context, SSL_OP_NO_RENEGOTIATION | SSL_OP_NO_COMPRESSION | SSL_OP_NO_TICKET |
                                    SSL_OP_CIPHER_SERVER_PREFERENCE);
   SSL_CTX_set_num_tickets(context, 0);
   SSL_CTX_set_session_cache_mode(context, SSL_SESS_CACHE_OFF);
   SSL_CTX_set_mode(context, SSL_MODE_RELEASE_BUFFERS);
-  const std::string_view& wanted = protocol == Tls::Protocol::kHttp2 ? kHttp2 : kHttp1;
-  SSL_CTX_set_alpn_select_cb(context, choose_protocol, const_cast<std::string_view*>(&wanted));
-  if (auto ok = use_certificate(context, files.certificate); !ok) return tl::unexpected(ok.error());
+  speak(context, protocol);
+  if (auto ok = use_certificate(context, files); !ok) return tl::unexpected(ok.error());
   if (auto ok = use_key(context, files); !ok) return tl::unexpected(ok.error());
   if (auto ok = ask_clients(context, files); !ok) return tl::unexpected(ok.error());
   return made;

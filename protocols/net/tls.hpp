@@ -18,16 +18,19 @@ namespace aprsim::protocols {
 
 /// The files of a listener's certificate and of its clients' authorities, in PEM.
 struct TlsFiles {
-  std::string certificate;     ///< followed by its intermediate certificates
-  std::string key;             ///< without a password, and not readable by everybody
-  std::string client_ca = {};  ///< authorities of clients' certificates; empty = none is requested
-  bool client_needed = false;  ///< refuse clients without a certificate
+  std::string certificate;      ///< followed by its intermediate certificates
+  std::string key;              ///< without a password, and not readable by everybody
+  std::string client_ca = {};   ///< authorities of clients' certificates; empty = none is requested
+  bool client_needed = false;   ///< refuse clients without a certificate
+  bool only_tls_1_3 = false;    ///< refuse TLS 1.2, too
+  std::string section = "tls";  ///< of the configuration, for errors
 };
 
 /// How the connections of a listener are encrypted: TLS 1.2 or 1.3, by OpenSSL. Thread: any.
 class Tls {
  public:
-  enum class Protocol : std::uint8_t { kHttp1, kHttp2 };
+  /// Modbus: the cipher suites that MODBUS/TCP Security v3.6 allows (10.2), with forward secrecy.
+  enum class Protocol : std::uint8_t { kHttp1, kHttp2, kModbus };
 
   /// Errors name key, file and fault: unreadable, no certificate, expired, a key of another
   /// certificate.

@@ -15,7 +15,7 @@ namespace {
 /// Memory of an event and of its entry in a queue.
 std::size_t size_of(const WireEvent& event) {
   return sizeof event + 2 * sizeof(WireEventPtr) + event.source.size() + event.peer.size() +
-         event.type.size() + event.state.size() + event.data.size();
+         event.identity.size() + event.type.size() + event.state.size() + event.data.size();
 }
 
 std::span<const std::uint8_t> as_bytes(const std::string& text) {
@@ -71,7 +71,7 @@ void WireTap::record(WireEvent event) {
 void WireTap::audit(const WireEvent& event) const {
   AuditRecord record{.wire = event.source,
                      .peer = event.peer,
-                     .identity = "no credentials",
+                     .identity = event.identity.empty() ? "no credentials" : event.identity,
                      .command = event.type,
                      .request = event.data,
                      .outcome = event.state,

@@ -18,8 +18,9 @@ namespace aprsim::protocols {
 
 /// One document, request or reply on a wire.
 struct WireEvent {
-  std::string source;  ///< listener, "crcl.fanuc", or "page"
-  std::string peer;    ///< address and port
+  std::string source;    ///< listener, "crcl.fanuc", or "page"
+  std::string peer;      ///< address and port
+  std::string identity;  ///< of the client's certificate; empty = no credentials
   bool from_client = false;
   bool poll = false;  ///< requests or reports the state, changes nothing
   std::chrono::system_clock::time_point time;
