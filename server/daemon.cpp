@@ -186,7 +186,8 @@ class Daemon::Impl {
         cameras_(camera_source(config)),
         modbus_(with_tap(modbus_options(context(config)), config, modbus_tap_), simulation_,
                 simulation_),
-        modbus_maps_(map_source(config)),
+        modbus_maps_(map_source(config, false)),
+        secure_maps_(map_source(config, true)),
         telemetry_(grpc_options(config), simulation_, simulation_),
         programs_(config, demo, security_.program_token),
         drafts_(scene) {
@@ -223,14 +224,7 @@ class Daemon::Impl {
       return camera_not_listening(listening.error());
     }
     for (const auto& [name, port] : cameras_.ports()) ports["camera." + name] = port;
-    auto modbus = modbus_.start();
-    if (!modbus) return not_listening("modbus", "modbus.port", modbus.error());
-    ports["modbus"] = *modbus;
-    if (auto listening = modbus_maps_.start(); !listening) {
-      const std::string name = listening.error().field;
-      return not_listening("modbus." + name, "modbus.ports." + name, listening.error());
-    }
-    for (const auto& [name, port] : modbus_maps_.ports()) ports["modbus." + name] = port;
+    if (auto listening = start_modbus(ports); !listening) return tl::unexpected(listening.error());
     auto grpc = telemetry_.start();
     if (!grpc) return not_listening("grpc", "grpc.port", grpc.error());
     ports["grpc"] = *grpc;
@@ -250,10 +244,12 @@ class Daemon::Impl {
   [[nodiscard]] Ports ports() const {
     Ports ports = all_ports_;
     std::erase_if(ports, [](const auto& entry) {
-      return entry.first.starts_with("camera.") || entry.first.starts_with("modbus.");
+      return entry.first.starts_with("camera.") || entry.first.starts_with("modbus.") ||
+             entry.first.starts_with("modbus_tls.");
     });
     for (const auto& [name, port] : cameras_.ports()) ports["camera." + name] = port;
     for (const auto& [name, port] : modbus_maps_.ports()) ports["modbus." + name] = port;
+    for (const auto& [name, port] : secure_maps_.ports()) ports["modbus_tls." + name] = port;
     return ports;
   }
 
@@ -286,6 +282,7 @@ class Daemon::Impl {
       ending.emplace_back([this] { cameras_.stop(); });
       ending.emplace_back([this] { modbus_.stop(); });
       ending.emplace_back([this] { modbus_maps_.stop(); });
+      ending.emplace_back([this] { secure_maps_.stop(); });
       ending.emplace_back([this] { telemetry_.stop(); });
     }
     studio_.stop();
@@ -305,6 +302,29 @@ class Daemon::Impl {
     std::unique_ptr<vision_server::VisionServer> vision;
     std::unique_ptr<simple_message::SimpleMessageServer> simple_message;  ///< null = none
   };
+
+  /// Opens the ports of the conveyor and of the scene's servers, each with and without TLS.
+  [[nodiscard]] Result<void> start_modbus(Ports& ports) {
+    auto modbus = modbus_.start();
+    if (!modbus) {
+      const bool secure = modbus.error().field == "modbus_tls";
+      return not_listening(secure ? "modbus_tls" : "modbus",
+                           secure ? "modbus.tls.port" : "modbus.port", modbus.error());
+    }
+    ports["modbus"] = *modbus;
+    if (security_.modbus_tls) ports["modbus_tls"] = modbus_.secure_port();
+    if (auto listening = modbus_maps_.start(); !listening) {
+      const std::string name = listening.error().field;
+      return not_listening("modbus." + name, "modbus.ports." + name, listening.error());
+    }
+    for (const auto& [name, port] : modbus_maps_.ports()) ports["modbus." + name] = port;
+    if (auto listening = secure_maps_.start(); !listening) {
+      const std::string name = listening.error().field;
+      return not_listening("modbus_tls." + name, "modbus.tls.ports." + name, listening.error());
+    }
+    for (const auto& [name, port] : secure_maps_.ports()) ports["modbus_tls." + name] = port;
+    return {};
+  }
 
   /// Its field is the camera's name.
   [[nodiscard]] tl::unexpected<Error> camera_not_listening(const Error& error) const {
@@ -335,6 +355,7 @@ class Daemon::Impl {
       memory.check(MemoryGuard::Clock::now());
       cameras_.update();
       modbus_maps_.update();
+      secure_maps_.update();
       for (const CellLogLine& line : cell_log.detect(*simulation_.latest())) {
         spdlog::log(line.error ? spdlog::level::err : spdlog::level::warn, "cell: {}", line.text);
       }
@@ -375,17 +396,20 @@ class Daemon::Impl {
                 }};
   }
 
-  MapListeners::Source map_source(const Config& config) {
-    return {.kind = "modbus",
+  /// `secure`: with TLS.
+  MapListeners::Source map_source(const Config& config, bool secure) {
+    return {.kind = secure ? "modbus_tls" : "modbus",
             .scene = [this] { return simulation_.latest()->cell; },
             .wanted =
-                [this, config] {
+                [this, config, secure] {
                   const auto cell = simulation_.latest()->cell;
                   MapListeners::Wanted wanted;
+                  if (secure && !security_.modbus_tls) return wanted;
                   for (std::size_t i = 0; i < cell->modbus_servers.size(); ++i) {
                     const std::string& name = cell->modbus_servers[i].name;
-                    wanted[name] =
-                        with_tap(map_options(context(config), i, name), config, modbus_tap_);
+                    wanted[name] = with_tap(secure ? secure_map_options(context(config), i, name)
+                                                   : map_options(context(config), i, name),
+                                            config, modbus_tap_);
                   }
                   return wanted;
                 },
@@ -483,6 +507,12 @@ class Daemon::Impl {
     for (const auto& [name, stats] : modbus_maps_.stats()) {
       sources.modbus_maps.emplace_back(name, stats);
     }
+    if (const auto secure = modbus_.secure_stats()) {
+      sources.modbus_secure.emplace_back("modbus_tls", *secure);
+    }
+    for (const auto& [name, stats] : secure_maps_.stats()) {
+      sources.modbus_secure.emplace_back("modbus_tls." + name, stats);
+    }
     if (journal_) sources.journal = journal_->stats();
     sources.grpc = telemetry_.stats();
     sources.web = web_->stats();
@@ -490,6 +520,9 @@ class Daemon::Impl {
     if (security_.grpc_tls) {
       sources.access.tls_failures = {{"grpc", security_.grpc_tls->failures()},
                                      {"web", security_.web_tls->failures()}};
+    }
+    if (security_.modbus_tls) {
+      sources.access.tls_failures.emplace_back("modbus_tls", security_.modbus_tls->failures());
     }
     if (security_.audit) sources.access.audit = security_.audit->stats();
     return sources;
@@ -535,6 +568,13 @@ class Daemon::Impl {
       all.push_back(
           {"modbus." + name, port == maps.end() ? std::uint16_t{0} : port->second, stats.open});
     }
+    if (const auto secure = modbus_.secure_stats()) add("modbus_tls", secure->open);
+    const auto secure_maps = secure_maps_.ports();
+    for (const auto& [name, stats] : secure_maps_.stats()) {
+      const auto port = secure_maps.find(name);
+      all.push_back({"modbus_tls." + name,
+                     port == secure_maps.end() ? std::uint16_t{0} : port->second, stats.open});
+    }
     add("grpc", telemetry_.stats().open);
     add("web", web_->open());
     return all;
@@ -559,7 +599,7 @@ class Daemon::Impl {
   const std::map<std::string, Endpoint> camera_endpoints_;
   CameraListeners cameras_;
   modbus_server::ModbusServer modbus_;
-  MapListeners modbus_maps_;
+  MapListeners modbus_maps_, secure_maps_;  // without and with TLS
   grpc_server::TelemetryServer telemetry_;
   Ports ports_;      // of the other listeners, for the page
   Ports all_ports_;  // of all at the start
@@ -590,15 +630,16 @@ std::string Daemon::problem() const { return impl_->problem(); }
 
 std::uint64_t needed_files(const Config& config, const scene::Scene& scene) {
   const std::size_t robots = scene.robots.size();
-  const std::uint64_t connections =
-      (config.crcl.max_connections + config.vision.max_connections +
-       kPortsOfRobot * config.simple_message.max_connections) *
-          robots +
-      config.cameras.max_connections * scene::kMaxCameras +
-      config.modbus.max_connections * (1 + scene.modbus_servers.size()) +
-      // Each has a socket pair in addition.
-      std::uint64_t{2} * config.grpc.max_connections +
-      (config.web.enabled ? config.web.max_connections : 0);
+  const std::uint64_t modbus_ports =
+      (1 + scene.modbus_servers.size()) * (config.modbus.tls.certificate ? 2U : 1U);
+  const std::uint64_t connections = (config.crcl.max_connections + config.vision.max_connections +
+                                     kPortsOfRobot * config.simple_message.max_connections) *
+                                        robots +
+                                    config.cameras.max_connections * scene::kMaxCameras +
+                                    config.modbus.max_connections * modbus_ports +
+                                    // Each has a socket pair in addition.
+                                    std::uint64_t{2} * config.grpc.max_connections +
+                                    (config.web.enabled ? config.web.max_connections : 0);
   // Twice the limits, so that clients can never exhaust the descriptors.
   return 2 * connections + web::kMaxRejected + 64;
 }

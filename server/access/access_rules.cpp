@@ -41,6 +41,17 @@ Result<std::shared_ptr<protocols::Tls>> make_tls(const TlsConfig& config,
                               protocol);
 }
 
+Result<std::shared_ptr<protocols::Tls>> make_modbus_tls(const ModbusTlsConfig& config) {
+  if (!config.certificate) return nullptr;
+  return protocols::Tls::load({.certificate = *config.certificate,
+                               .key = config.key.value_or(""),
+                               .client_ca = config.client_ca.value_or(""),
+                               .client_needed = true,
+                               .only_tls_1_3 = config.only_tls_1_3,
+                               .section = "modbus.tls"},
+                              protocols::Tls::Protocol::kModbus);
+}
+
 std::vector<std::string> allowed_networks(std::vector<std::string> named) {
   named.insert(named.end(), {"127.0.0.0/8", "::1"});
   return named;

@@ -20,6 +20,11 @@ namespace aprsim::server {
 [[nodiscard]] Result<std::shared_ptr<protocols::Tls>> make_tls(const TlsConfig& config,
                                                                protocols::Tls::Protocol protocol);
 
+/// Encryption of Modbus Security, whose clients all show a certificate; null = there is none.
+/// Errors name key and file.
+[[nodiscard]] Result<std::shared_ptr<protocols::Tls>> make_modbus_tls(
+    const ModbusTlsConfig& config);
+
 /// The networks that a listener without credentials serves: those of the list, and this machine.
 [[nodiscard]] std::vector<std::string> allowed_networks(std::vector<std::string> named);
 

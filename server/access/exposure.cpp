@@ -89,6 +89,11 @@ Listener listener_of(const std::string& name, const Config& config) {
         config.simple_message.address,
         by_address(config.simple_message.allow, "simple_message.allow", "may command the robot")};
   }
+  if (name == "modbus_tls" || name.starts_with("modbus_tls.")) {
+    return {config.modbus.tls.address,
+            std::string("holders of a certificate of modbus.tls.client_ca may ") +
+                (config.modbus.read_only ? "view" : "view or command") + " by their role"};
+  }
   if (name.starts_with("modbus.")) {
     return {config.modbus.address,
             by_address(config.modbus.allow, "modbus.allow",

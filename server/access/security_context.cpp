@@ -38,6 +38,7 @@ SecurityContext::SecurityContext(const Config& config, const api::SnapshotSource
       access(std::make_shared<protocols::Access>(value_or_throw(rules()))),
       grpc_tls(value_or_throw(make_tls(config.tls, protocols::Tls::Protocol::kHttp2))),
       web_tls(value_or_throw(make_tls(config.tls, protocols::Tls::Protocol::kHttp1))),
+      modbus_tls(value_or_throw(make_modbus_tls(config.modbus.tls))),
       audit(open_audit(config.access, source)) {}
 
 void SecurityContext::reload() {
@@ -47,7 +48,7 @@ void SecurityContext::reload() {
   } else {
     good = done_or_logged(tl::unexpected(next.error()));
   }
-  for (const auto& tls : {grpc_tls, web_tls})
+  for (const auto& tls : {grpc_tls, web_tls, modbus_tls})
     good = (!tls || done_or_logged(tls->reload())) && good;
   good = (!audit || done_or_logged(audit->reopen())) && good;
   if (good) spdlog::info("tokens, certificates and the audit's file are reloaded");

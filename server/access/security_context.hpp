@@ -11,8 +11,8 @@
 
 namespace aprsim::server {
 
-/// Permissions, encryption and audit of gRPC and the page. Thread: the owner's; any for the objects
-/// that it points to.
+/// Permissions, encryption and audit of gRPC, the page and Modbus Security. Thread: the owner's;
+/// any for the objects that it points to.
 class SecurityContext {
  public:
   /// Reads the files that the configuration names; throws std::runtime_error with key, file and
@@ -32,6 +32,7 @@ class SecurityContext {
   const std::string program_token;  ///< of those that pages start; empty = they need none
   const std::shared_ptr<protocols::Access> access;
   const std::shared_ptr<protocols::Tls> grpc_tls, web_tls;  ///< null = not encrypted
+  const std::shared_ptr<protocols::Tls> modbus_tls;         ///< null = no Modbus Security
   const std::unique_ptr<protocols::AuditLog> audit;         ///< null = none is kept
 };
 

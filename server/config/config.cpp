@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <span>
 #include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -35,6 +36,10 @@ class KeyNames {
   }
   template <typename... Rest>
   void by_server(std::string_view name, const Rest&... /*rest*/) {
+    all_.push_back(name);
+  }
+  template <typename... Rest>
+  void by_role(std::string_view name, const Rest&... /*rest*/) {
     all_.push_back(name);
   }
   template <typename... Rest>
@@ -77,6 +82,11 @@ class Reader {
   template <typename T, typename Type>
   void by_server(std::string_view name, std::map<std::string, T>& values, const Type& type,
                  const char* meaning) {
+    by_robot(name, values, type, meaning);
+  }
+  template <typename T, typename Type>
+  void by_role(std::string_view name, std::map<std::string, T>& values, const Type& type,
+               const char* meaning) {
     by_robot(name, values, type, meaning);
   }
   template <typename Section>
@@ -124,6 +134,11 @@ class Writer {
   template <typename T, typename Type>
   void by_server(std::string_view name, const std::map<std::string, T>& values, const Type& type,
                  const char* meaning) {
+    by_robot(name, values, type, meaning);
+  }
+  template <typename T, typename Type>
+  void by_role(std::string_view name, const std::map<std::string, T>& values, const Type& type,
+               const char* meaning) {
     by_robot(name, values, type, meaning);
   }
   template <typename Section>
@@ -187,11 +202,17 @@ class KeyList {
                  const Type& type, const char* meaning) {
     entry(name, ".SERVER", type.text(), meaning);
   }
+  template <typename T, typename Type>
+  void by_role(std::string_view name, const std::map<std::string, T>& /*values*/, const Type& type,
+               const char* meaning) {
+    entry(name, ".ROLE", type.text(), meaning);
+  }
   template <typename Section>
   void section(std::string_view name, Section& section, const char* /*meaning*/) {
-    prefix_ = std::string(name) + '.';
+    const std::string around = prefix_;
+    prefix_ += std::string(name) + '.';
     visit(*this, section);
-    prefix_.clear();
+    prefix_ = around;
   }
   template <typename Section>
   void section_by_robot(std::string_view name, const std::map<std::string, Section>& /*sections*/,
@@ -223,6 +244,9 @@ class SomeKeys {
   template <typename T, typename Type>
   void by_server(std::string_view /*name*/, T& /*values*/, const Type& /*type*/,
                  const char* /*meaning*/) {}
+  template <typename T, typename Type>
+  void by_role(std::string_view /*name*/, T& /*values*/, const Type& /*type*/,
+               const char* /*meaning*/) {}
   void require(bool /*truth*/, const char* /*expected*/) {}
 };
 
@@ -273,8 +297,9 @@ class UnknownRobots : public SomeKeys {
   }
   template <typename Section>
   void section(std::string_view name, Section& section, const char* /*meaning*/) {
-    section_ = name;
+    const std::string_view around = std::exchange(section_, name);
     visit(*this, section);
+    section_ = around;
   }
   template <typename Section>
   void section_by_robot(std::string_view name, const std::map<std::string, Section>& sections,

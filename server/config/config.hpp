@@ -59,6 +59,17 @@ struct CrclConfig {
   }
 };
 
+/// Modbus Security; none without a certificate.
+struct ModbusTlsConfig {
+  std::optional<std::string> certificate, key, client_ca;
+  bool only_tls_1_3 = false;  ///< key min_version
+  std::string address = "localhost";
+  std::uint16_t port = 802;
+  std::map<std::string, std::uint16_t> ports;  ///< of the servers that a scene describes, by name
+  std::map<std::string, std::string> roles;    ///< rights by the role in a client's certificate
+  std::string no_role = "none";                ///< rights of a certificate without a role
+};
+
 struct ModbusConfig {
   std::string address = "localhost";
   std::uint16_t port = 1502;
@@ -73,6 +84,7 @@ struct ModbusConfig {
   std::uint32_t request_timeout_ms = 4000;
   std::uint32_t idle_timeout_ms = 0;
   std::uint32_t watchdog_ms = 0;
+  ModbusTlsConfig tls;
 };
 
 struct GrpcConfig {

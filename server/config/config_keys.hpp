@@ -9,6 +9,8 @@
 ///   key(name, value, type, meaning)            one value,
 ///   by_robot(name, values, type, meaning)      a value for each robot, by its name,
 ///   by_camera(name, values, type, meaning)     the same for each camera,
+///   by_server(name, values, type, meaning)     the same for each Modbus server of the scene,
+///   by_role(name, values, type, meaning)       the same for each role of Modbus Security,
 ///   section(name, part, meaning)               a map of keys,
 ///   section_by_robot(name, parts, common, meaning)  a map for each robot; `common` has the values
 ///                                              of absent keys,
@@ -68,6 +70,32 @@ void visit(Archive& keys, CrclConfig& crcl) {
 }
 
 template <typename Archive>
+void visit(Archive& keys, ModbusTlsConfig& tls) {
+  const Word rights{{"none", "view", "operate"}};
+  keys.key(
+      "certificate", tls.certificate, Maybe<Text>{},
+      "PEM file of the server's certificate with its intermediate ones; no Modbus Security when "
+      "absent");
+  keys.key("key", tls.key, Maybe<Text>{}, "PEM file of the private key, without a password");
+  keys.key("client_ca", tls.client_ca, Maybe<Text>{},
+           "PEM file of the authorities that sign client certificates, which every client shows");
+  keys.key("min_version", tls.only_tls_1_3, Word{{"1.2", "1.3"}}, "oldest version of TLS");
+  keys.key("address", tls.address, Address{}, "address to listen on");
+  keys.key("port", tls.port, Port{}, "port of the conveyor's PLC");
+  keys.by_server("ports", tls.ports, Port{},
+                 "port of a server of the scene; a free port when absent");
+  keys.by_role("roles", tls.roles, rights,
+               "rights of a role in client certificates: view reads, operate also writes; a role "
+               "that is absent has none");
+  keys.key("no_role", tls.no_role, rights, "rights of client certificates without a role");
+  keys.require(tls.certificate.has_value() == tls.key.has_value() &&
+                   tls.certificate.has_value() == tls.client_ca.has_value(),
+               "certificate, key and client_ca together");
+  keys.require(!tls.certificate || !tls.roles.empty() || tls.no_role != "none",
+               "roles together with certificate");
+}
+
+template <typename Archive>
 void visit(Archive& keys, ModbusConfig& modbus) {
   keys.key("address", modbus.address, Address{}, "address to listen on");
   keys.key("port", modbus.port, Port{}, "port of the conveyor's PLC");
@@ -91,6 +119,7 @@ void visit(Archive& keys, ModbusConfig& modbus) {
            "close a connection without a request for this time; 0 = never [ms]");
   keys.key("watchdog_ms", modbus.watchdog_ms, Whole{0, kDay},
            "simulated time without a write after which the belt stops; 0 = never [ms]");
+  keys.section("tls", modbus.tls, "Modbus Security: Modbus/TCP over TLS");
 }
 
 template <typename Archive>

@@ -95,7 +95,8 @@ void PacerName::read(const yaml::Node& node, std::string& value) const {
   };
   constexpr std::array<std::string_view, 5> kOfRobots{"crcl.", "vision.", "motion.", "state.",
                                                       "gripper."};
-  if (value != "modbus" && value != "grpc" && std::ranges::none_of(kOfRobots, of_robot)) {
+  if (value != "modbus" && value != "modbus_tls" && value != "grpc" &&
+      std::ranges::none_of(kOfRobots, of_robot)) {
     node.unexpected(text());
   }
 }

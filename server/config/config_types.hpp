@@ -143,7 +143,8 @@ struct PacerName {
   void read(const yaml::Node& node, std::string& value) const;
   [[nodiscard]] std::string write(const std::string& value) const { return value; }
   [[nodiscard]] std::string text() const {
-    return "modbus, grpc, crcl.ROBOT, vision.ROBOT, motion.ROBOT, state.ROBOT or gripper.ROBOT";
+    return "modbus, modbus_tls, grpc, crcl.ROBOT, vision.ROBOT, motion.ROBOT, state.ROBOT or "
+           "gripper.ROBOT";
   }
 };
 

@@ -45,6 +45,29 @@ std::uint16_t port_of(const std::map<std::string, std::uint16_t>& ports, const s
   return port == ports.end() ? std::uint16_t{0} : port->second;
 }
 
+modbus_server::RoleRules role_rules(const ModbusTlsConfig& config) {
+  modbus_server::RoleRules rules;
+  for (const auto& [role, rights] : config.roles) {
+    rules.roles[role] = protocols::role_of(rights).value_or(protocols::Role::kNone);
+  }
+  rules.no_role = protocols::role_of(config.no_role).value_or(protocols::Role::kNone);
+  return rules;
+}
+
+/// A port of Modbus Security: certificates, and no list of addresses, decide who is served.
+protocols::ListenerOptions secure_listener(const ListenerContext& context, std::uint16_t port,
+                                           api::EndpointId endpoint) {
+  struct Own {
+    const std::string& address;
+    std::uint32_t max_connections;
+  };
+  const ModbusConfig& config = context.config.modbus;
+  protocols::ListenerOptions options;
+  configure(options, context, Own{config.tls.address, config.max_connections}, port, endpoint);
+  options.tls = context.security.modbus_tls;
+  return options;
+}
+
 crcl::Units units_of(const CrclRobotConfig& config) {
   crcl::Units units;
   units.length = config.length_unit == "meter"        ? crcl::LengthUnit::kMeter
@@ -152,6 +175,10 @@ modbus_server::ModbusServerOptions modbus_options(const ListenerContext& context
   options.write_timeout = options.partial_timeout;
   options.idle_timeout = milliseconds(config.idle_timeout_ms);
   options.watchdog = milliseconds(config.watchdog_ms);
+  if (context.security.modbus_tls) {
+    options.secure = secure_listener(context, config.tls.port, kModbusEndpoint);
+    options.roles = role_rules(config.tls);
+  }
   return options;
 }
 
@@ -159,8 +186,17 @@ modbus_server::ModbusServerOptions map_options(const ListenerContext& context, s
                                                const std::string& name) {
   modbus_server::ModbusServerOptions options = modbus_options(context);
   options.map = name;
+  options.secure.reset();
   options.listener.port = port_of(context.config.modbus.ports, name);
   options.listener.endpoint = kFirstMapEndpoint + static_cast<api::EndpointId>(place);
+  return options;
+}
+
+modbus_server::ModbusServerOptions secure_map_options(const ListenerContext& context,
+                                                      std::size_t place, const std::string& name) {
+  modbus_server::ModbusServerOptions options = map_options(context, place, name);
+  options.listener = secure_listener(context, port_of(context.config.modbus.tls.ports, name),
+                                     options.listener.endpoint);
   return options;
 }
 

@@ -49,6 +49,10 @@ struct ListenerContext {
 [[nodiscard]] modbus_server::ModbusServerOptions map_options(const ListenerContext& context,
                                                              std::size_t place,
                                                              const std::string& name);
+/// For the port of Modbus Security of that server; only where Modbus Security is configured.
+[[nodiscard]] modbus_server::ModbusServerOptions secure_map_options(const ListenerContext& context,
+                                                                    std::size_t place,
+                                                                    const std::string& name);
 [[nodiscard]] grpc_server::TelemetryOptions telemetry_options(const ListenerContext& context);
 [[nodiscard]] web::WebServerOptions web_options(const ListenerContext& context,
                                                 const scene::Scene& scene);

@@ -206,6 +206,9 @@ void write_requests(MetricsText& out, const MetricsSources& sources) {
     for (const auto& [name, stats] : sources.modbus_maps) {
       out.sample(of_modbus(stats), {{"wire", "modbus." + name}});
     }
+    for (const auto& [wire, stats] : sources.modbus_secure) {
+      out.sample(of_modbus(stats), {{"wire", wire}});
+    }
     out.sample(of_grpc(sources.grpc), {{"wire", "grpc"}});
     out.sample(of_web(sources.web), {{"wire", "web"}});
   };
@@ -257,6 +260,9 @@ void write_answers(MetricsText& out, const MetricsSources& sources) {
   out.histogram(sources.modbus.answer_times, {{"wire", "modbus"}});
   for (const auto& [name, stats] : sources.modbus_maps) {
     out.histogram(stats.answer_times, {{"wire", "modbus." + name}});
+  }
+  for (const auto& [wire, stats] : sources.modbus_secure) {
+    out.histogram(stats.answer_times, {{"wire", wire}});
   }
   out.histogram(sources.grpc.answer_times, {{"wire", "grpc"}});
   out.histogram(sources.web.answer_times, {{"wire", "web"}});

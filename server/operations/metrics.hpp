@@ -51,6 +51,8 @@ struct MetricsSources {
   std::vector<std::pair<std::string, simple_message::SimpleMessageStats>> simple_message;
   modbus_server::ModbusServerStats modbus;
   std::vector<std::pair<std::string, modbus_server::ModbusServerStats>> modbus_maps;  ///< by name
+  std::vector<std::pair<std::string, modbus_server::ModbusServerStats>>
+      modbus_secure;                             ///< with TLS, by listener
   std::optional<journal::JournalStats> journal;  ///< where the run is recorded
   grpc_server::TelemetryStats grpc;
   web::WebServerStats web;

@@ -47,7 +47,7 @@ WireCheck::Connection& WireCheck::connection_of(const v1::JournalWire& wire) {
   if (robot != robots_.end()) connection->robot = robot->second;
   if (wire.kind() == v1::WIRE_KIND_CRCL && connection->robot) {
     connection->crcl = std::make_shared<CrclReplies>(*connection->robot);
-  } else if (wire.listener() == "modbus" && scaling_) {
+  } else if ((wire.listener() == "modbus" || wire.listener() == "modbus_tls") && scaling_) {
     connection->modbus = std::make_shared<ModbusReplies>(conveyor_deviation(*scaling_));
   } else if (wire.kind() == v1::WIRE_KIND_MODBUS && dot != std::string::npos) {
     const std::string server = wire.listener().substr(dot + 1);

@@ -17,8 +17,10 @@
 namespace aprsim::trace {
 namespace {
 
-/// Listener of the conveyor's PLC; every other one serves a map of a scene.
-constexpr std::string_view kConveyorListener = "modbus";
+/// Whether a listener is the conveyor's PLC; every other one serves a map of a scene.
+bool is_conveyor(std::string_view listener) {
+  return listener == "modbus" || listener == "modbus_tls";
+}
 
 std::span<const std::uint8_t> bytes_of(const std::string& data) {
   return {reinterpret_cast<const std::uint8_t*>(data.data()), data.size()};
@@ -129,7 +131,7 @@ class ModbusReader {
   }
 
   void request(const WireRecord& record, std::span<const std::uint8_t> adu) {
-    std::optional<Action> action = read(adu, record.wire.listener() == kConveyorListener);
+    std::optional<Action> action = read(adu, is_conveyor(record.wire.listener()));
     if (adu.size() > modbus::kHeaderSize) {
       const auto pdu = adu.subspan(modbus::kHeaderSize);
       open_[transaction_of(record, adu)].push_back(

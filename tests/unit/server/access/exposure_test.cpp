@@ -62,6 +62,20 @@ TEST(Exposure, NamesTheServersOfTheScene) {
                                      "addresses in modbus.allow may command belt and devices"});
 }
 
+TEST(Exposure, NamesThePortsOfModbusSecurity) {
+  Config config;
+  config.modbus.tls.address = "10.0.0.7";
+  EXPECT_EQ(exposures(config, {{"modbus", 3}, {"modbus_tls", 8}}),
+            std::vector<std::string>{"modbus_tls is open to other machines at 10.0.0.7:8: holders "
+                                     "of a certificate of modbus.tls.client_ca may view or command "
+                                     "by their role"});
+  config.modbus.read_only = true;
+  EXPECT_EQ(exposures(config, {{"modbus_tls.line", 9}}),
+            std::vector<std::string>{"modbus_tls.line is open to other machines at 10.0.0.7:9: "
+                                     "holders of a certificate of modbus.tls.client_ca may view by "
+                                     "their role"});
+}
+
 TEST(Exposure, CountsWhatOpensAndRestricts) {
   Config config = open_to("10.0.0.7");
   const auto expect = [&config](std::size_t listener, const std::string& part) {

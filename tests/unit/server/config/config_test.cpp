@@ -124,6 +124,43 @@ TEST(AccessConfig, ReadsItsKeysAndWhatMustGoTogether) {
   }
 }
 
+TEST(ModbusTlsConfig, ReadsItsKeysAndWhatMustGoTogether) {
+  const Overrides files{{"modbus.tls.certificate", "c.pem"},
+                        {"modbus.tls.key", "k.pem"},
+                        {"modbus.tls.client_ca", "ca.pem"}};
+  Overrides all = files;
+  all.insert(all.end(), {{"modbus.tls.roles", "{Viewer: view, 'Shift lead': operate}"},
+                         {"modbus.tls.min_version", "1.3"},
+                         {"modbus.tls.ports.line", "8020"},
+                         {"modbus.tls.no_role", "view"}});
+  const auto config = load_config("", all);
+  ASSERT_TRUE(config.has_value()) << config.error().message;
+  const auto printed = read_config(to_yaml(*config));
+  ASSERT_TRUE(printed.has_value()) << printed.error().message;
+  for (const ModbusTlsConfig& tls : {config->modbus.tls, printed->modbus.tls}) {
+    EXPECT_EQ(tls.client_ca, "ca.pem");
+    EXPECT_EQ(tls.port, 802);
+    EXPECT_EQ(tls.ports.at("line"), 8020);
+    EXPECT_TRUE(tls.only_tls_1_3);
+    EXPECT_EQ(tls.roles.at("Shift lead"), "operate");
+    EXPECT_EQ(tls.roles.size(), 2U);
+    EXPECT_EQ(tls.no_role, "view");
+  }
+  Config free = *config;
+  use_free_ports(free);
+  EXPECT_EQ(free.modbus.tls.port, 0);
+  EXPECT_EQ(free.modbus.tls.ports.at("line"), 0);
+  EXPECT_NE(key_list({}).find("\nmodbus.tls.port=802\n"), std::string::npos);
+  EXPECT_NE(key_list({}).find("\nmodbus.tls.roles.ROLE\n"), std::string::npos);
+  EXPECT_NE(key_list({}).find("\ngrpc.port="), std::string::npos);
+  EXPECT_FALSE(load_config("", files).has_value()) << "nobody may anything";
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    Overrides wrong = all;
+    wrong.erase(wrong.begin() + static_cast<std::ptrdiff_t>(i));
+    EXPECT_FALSE(load_config("", wrong).has_value()) << "without " << files[i].first;
+  }
+}
+
 TEST(WebConfig, ReadsItsKeysAndPrintsThemForReading) {
   const Overrides overrides{{"web.address", "0.0.0.0"}, {"web.port", "9000"},
                             {"web.max_viewers", "4"},   {"web.max_rate_hz", "20"},
