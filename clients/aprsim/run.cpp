@@ -31,12 +31,12 @@ int report_output(int error, std::ostream& err, const Paint& paint) {
   return report({FailureKind::kCheck, "cannot write the output" + cause}, err, paint);
 }
 
-/// Whether the command needs a running daemon.
+/// Whether the command needs the endpoints of a running daemon, or the files of its encryption.
 bool needs_cell(const AnyCommand& command) {
   if (const auto* run = std::get_if<ScenarioRunCommand>(&command)) return run->attach;
   if (const auto* crcl = std::get_if<ConformCrclCommand>(&command)) return crcl->address.empty();
   if (const auto* modbus = std::get_if<ConformModbusCommand>(&command)) {
-    return modbus->address.empty() || !modbus->server.empty();
+    return modbus->address.empty() || !modbus->server.empty() || modbus->secure;
   }
   return !std::holds_alternative<CompletionCommand>(command) &&
          !std::holds_alternative<ManualCommand>(command) &&

@@ -107,11 +107,15 @@ Outcome<void> run_command(const ConformCrclCommand& command, Console& console) {
 
 Outcome<void> run_command(const ConformModbusCommand& command, Console& console) {
   if (!command.server.empty()) return check_map(command, console);
+  if (command.secure && command.address.empty()) {
+    return failed(FailureKind::kUsage, "--secure needs the server's HOST:PORT");
+  }
   Outcome<Target> target = command.address.empty()
                                ? Target{console.endpoints.host, console.endpoints.modbus}
                                : target_of(command.address);
   if (!target) return tl::unexpected(target.error());
   target->allow_motion = command.allow_motion;
+  if (command.secure) target->encryption = console.endpoints.encryption.value_or(Encryption{});
   return conform::check_server(conform::modbus_checks(), *target, console);
 }
 
@@ -149,11 +153,15 @@ void add_conform(CLI::App& app, CommandLine& line) {
   });
   auto [modbus, modbus_command] = add_command<ConformModbusCommand>(
       *conform, line, "modbus", "Test the conveyor's Modbus server, or one of the scene");
+  auto* server = modbus
+                     ->add_option("--server", modbus_command->server,
+                                  "Name of a server that the running scene describes")
+                     ->type_name("NAME")
+                     ->check(not_empty());
   modbus
-      ->add_option("--server", modbus_command->server,
-                   "Name of a server that the running scene describes")
-      ->type_name("NAME")
-      ->check(not_empty());
+      ->add_flag("--secure", modbus_command->secure,
+                 "Modbus Security at ADDRESS: TLS with the files of --ca, --certificate and --key")
+      ->excludes(server);
   add_common(*modbus, *modbus_command, "Include checks that write registers, which runs the belt");
   add_command<ConformClausesCommand>(*conform, line, "clauses", "Print the rules as Markdown");
 }

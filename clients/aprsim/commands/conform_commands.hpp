@@ -19,6 +19,7 @@ struct ConformModbusCommand {
   std::string server;         ///< name in the scene; empty = the conveyor's
   std::string address;        ///< HOST:PORT; empty = the running cell's
   bool allow_motion = false;  ///< include checks that write and run the belt slowly
+  bool secure = false;        ///< Modbus Security: TLS with the certificate of the endpoints
 };
 /// Prints the rules as Markdown.
 struct ConformClausesCommand {};

@@ -2,10 +2,12 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "clients/aprsim/conform/modbus_shape.hpp"
+#include "clients/wires/endpoints.hpp"
 #include "clients/wires/outcome.hpp"
 
 namespace aprsim::client {
@@ -19,8 +21,9 @@ namespace aprsim::client::conform {
 struct Target {
   std::string host;
   std::uint16_t port = 0;
-  bool allow_motion = false;  ///< small motions are allowed
-  std::string sensor;         ///< force sensor for guards; empty = a known name
+  std::optional<Encryption> encryption = {};  ///< of Modbus Security; absent = none
+  bool allow_motion = false;                  ///< small motions are allowed
+  std::string sensor;                         ///< force sensor for guards; empty = a known name
   /// Reads of one value and of many that a Modbus server has, from the function code on.
   std::vector<std::uint8_t> read_one = {3, 0x80, 0x00, 0, 1}, read_many = {3, 0x80, 0x00, 0, 125};
 };

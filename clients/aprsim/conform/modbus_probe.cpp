@@ -14,8 +14,9 @@ using std::chrono::steady_clock;
 constexpr auto kReach = std::chrono::seconds(5);
 constexpr std::size_t kHeader = 7, kShown = 16;
 
-TcpSocket reached(const Target& target) {
-  auto socket = TcpSocket::connect(target.host, target.port, steady_clock::now() + kReach);
+WireSocket reached(const Target& target) {
+  auto socket = WireSocket::connect(target.host, target.port, target.encryption,
+                                    steady_clock::now() + kReach);
   if (!socket) throw GivenUp{socket.error()};
   return *std::move(socket);
 }

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "clients/aprsim/conform/check.hpp"
-#include "clients/wires/tcp_socket.hpp"
+#include "clients/aprsim/conform/wire_socket.hpp"
 #include "modbus/request_bytes.hpp"
 
 namespace aprsim::client::conform {
@@ -36,7 +36,7 @@ class ModbusProbe {
   void write(std::uint16_t address, std::uint16_t value);
 
  private:
-  TcpSocket socket_;
+  WireSocket socket_;
   std::string received_;
   std::uint16_t transaction_ = 0;
 };
