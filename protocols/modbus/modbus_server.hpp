@@ -98,7 +98,7 @@ class ModbusServer {
 
   /// Thread: any.
   [[nodiscard]] ModbusServerStats stats() const;
-  /// Of the port `secure`; absent = there is none.
+  /// The same for the port `secure`; absent = there is none.
   [[nodiscard]] std::optional<ModbusServerStats> secure_stats() const;
 
  private:

@@ -15,7 +15,7 @@ namespace aprsim::modbus_server {
 /// Rights by the role in a client's certificate: the Roles-to-Rights Rules Database of MODBUS/TCP
 /// Security v3.6, section 8.4.
 struct RoleRules {
-  /// By the role's whole text; a role that is not here has no rights.
+  /// Key: the role's whole text. A role that is not here has no rights.
   std::map<std::string, protocols::Role> roles = {};
   protocols::Role no_role = protocols::Role::kNone;  ///< of a certificate without a role
 };

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pathlib
+import ssl
 import subprocess
 from dataclasses import dataclass
 
@@ -33,19 +34,42 @@ class Authority:
             "-subj", f"/CN=Authority {name}",
         )
 
-    def certify(self, name: str, names: str = "", *, days: int = 1) -> Certified:
+    def certify(
+        self, name: str, names: str = "", *, days: int = 1, extensions: tuple[str, ...] = ()
+    ) -> Certified:
         """`name` is the common one, `names` are alternatives as OpenSSL writes them ("DNS:a,IP:b");
-        with days below 0 it has expired."""
+        with days below 0 it has expired. `extensions` are lines of OpenSSL, "OID=ASN1:UTF8String:a"."""
         base = self.directory / name.replace("/", "_").replace(" ", "_")
         made = Certified(f"{base}.pem", f"{base}.key")
         _openssl("req", "-new", *self._new_key(made.key), "-out", f"{base}.csr", "-subj", f"/CN={name}")
-        extensions = pathlib.Path(f"{base}.ext")
-        extensions.write_text(f"subjectAltName={names}\n" if names else "", encoding="utf-8")
+        lines = ([f"subjectAltName={names}"] if names else []) + list(extensions)
+        file = pathlib.Path(f"{base}.ext")
+        file.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
         _openssl(
             "x509", "-req", "-in", f"{base}.csr", "-CA", self.certificate, "-CAkey", self._key,
-            "-CAcreateserial", "-days", str(days), "-extfile", str(extensions), "-out", made.certificate,
+            "-CAcreateserial", "-days", str(days), "-extfile", str(file), "-out", made.certificate,
         )
         return made
+
+    def alter(self, made: Certified, old: bytes, new: bytes) -> None:
+        """Replaces bytes of a certificate by as many others, and signs it again: OpenSSL's command makes
+        none with faults."""
+        der = ssl.PEM_cert_to_DER_cert(pathlib.Path(made.certificate).read_text(encoding="utf-8"))
+
+        def end(at: int) -> int:
+            """End of the element there. Its length has one byte, or two behind 0x82."""
+            return at + (4 + int.from_bytes(der[at + 2 : at + 4], "big") if der[at + 1] == 0x82 else 2 + der[at + 1])
+
+        signed = der[4 : end(4)].replace(old, new)
+        algorithm = der[end(4) : end(end(4))]
+        file = self.directory / "signed.der"
+        file.write_bytes(signed)
+        signature = subprocess.run(
+            ["openssl", "dgst", "-sha256", "-sign", self._key, str(file)], capture_output=True, check=True
+        ).stdout
+        content = signed + algorithm + bytes([3, len(signature) + 1, 0]) + signature
+        whole = b"\x30\x82" + len(content).to_bytes(2, "big") + content
+        pathlib.Path(made.certificate).write_text(ssl.DER_cert_to_PEM_cert(whole), encoding="utf-8")
 
     @staticmethod
     def _new_key(path: str) -> list[str]:

@@ -183,8 +183,10 @@ export class TrafficPanel {
   private textOf(source: string): ModbusText {
     let text = this.modbus.get(source);
     if (text) return text;
-    const server = this.state.cell?.modbusServers.find(({name}) => source === `modbus.${name}`);
-    const isConveyor = source === 'modbus';
+    // The ports with TLS have the same registers.
+    const plain = source.replace(/^modbus_tls/, 'modbus');
+    const server = this.state.cell?.modbusServers.find(({name}) => plain === `modbus.${name}`);
+    const isConveyor = plain === 'modbus';
     text = new ModbusText(
       isConveyor ? conveyorRegisters(this.state.registerMap) : server ? mapRegisters(server) : []
     );
