@@ -127,6 +127,8 @@ constexpr TestedElsewhere kTestedElsewhere[] = {
     {"clients/kitting/kitting", "tests/integration/kitting/test_cell.py", "whole jobs"},
     {"aprsim device set", "tests/integration/python/test_devices.py",
      "\"device\", \"set\", \"pusher\""},
+    {"aprsim --ca ca.pem --certificate me.pem --key me.key conform modbus",
+     "tests/integration/access/test_modbus_security.py", "--secure"},
     {"aprsim modbus map", "tests/integration/python/test_modbus_servers.py",
      "\"modbus\", \"map\", \"line\""},
     {"aprsim camera fit", "tests/integration/python/test_camera_fit.py", "\"camera\", \"fit\""},
