@@ -11,7 +11,6 @@ import socket
 import ssl
 import subprocess
 import tempfile
-import time
 import unittest
 import urllib.error
 import urllib.request
@@ -19,29 +18,16 @@ import urllib.request
 import aprsim.crcl.v1
 import aprsim.v1
 import grpc
-from aprsim import AprsimError, Cell, Daemon, Refused, Unreachable, aio
+from aprsim import Cell, Daemon, Refused, Unreachable, aio
 from aprsim.binaries import find_binary
 from aprsim.crcl.v1 import commands_pb2, robot_service_pb2, robot_service_pb2_grpc, status_pb2
 from authority import Authority
 from web_socket import Page as PageSocket
 from web_socket import page_messages
+from with_authority import HOST, PATIENCE, WithAuthority, eventually
 
-PATIENCE = float(os.environ.get("APRSIM_PATIENCE", "1"))
 ROLES = ("view", "operate", "inject", "admin")
 REFUSALS = (grpc.StatusCode.UNAUTHENTICATED, grpc.StatusCode.PERMISSION_DENIED)
-HOST = "127.0.0.1"
-
-
-def eventually(condition, what, seconds=20):
-    """Waits for a condition; what it returned."""
-    deadline = time.monotonic() + seconds * PATIENCE
-    while True:
-        value = condition()
-        if value:
-            return value
-        if time.monotonic() > deadline:
-            raise AssertionError(f"not within {seconds * PATIENCE:g} s: {what}")
-        time.sleep(0.02)
 
 
 def roles_of_calls():
@@ -74,21 +60,16 @@ def methods():
     return all_methods
 
 
-class WithAuthority(unittest.TestCase):
-    """A directory with an authority, an access file with a token for each role, and a daemon."""
+class WithTokens(WithAuthority):
+    """Also an access file with a token for each role, and a daemon."""
 
     arguments = ()
 
     @classmethod
     def setUpClass(cls):
-        folder = tempfile.TemporaryDirectory(prefix="aprsim-access-")
-        cls.addClassCleanup(folder.cleanup)
-        cls.folder = pathlib.Path(folder.name)
-        cls.authority = Authority(folder.name)
-        cls.server = cls.authority.certify("server", f"IP:{HOST},DNS:localhost")
+        super().setUpClass()
         cls.access_file = str(cls.folder / "access")
         cls.tokens = {role: cls.add_token(role, role) for role in ROLES}
-        cls.audit_file = cls.folder / "audit.jsonl"
         cls.daemon = cls.start(*cls.arguments)
         cls.context = ssl.create_default_context(cafile=cls.authority.certificate)
 
@@ -178,7 +159,7 @@ class WithAuthority(unittest.TestCase):
         )
 
 
-class Matrix(WithAuthority):
+class Matrix(WithTokens):
     def test_it_has_every_call_of_the_daemon(self):
         calls = {
             call for call in roles_of_calls()
@@ -295,7 +276,7 @@ class Matrix(WithAuthority):
         )
 
 
-class Encryption(WithAuthority):
+class Encryption(WithTokens):
     arguments = ()
 
     @classmethod
@@ -432,7 +413,7 @@ class Encryption(WithAuthority):
         self.authority.certify("server", f"IP:{HOST},DNS:localhost")
 
 
-class Required(WithAuthority):
+class Required(WithTokens):
     """A daemon that asks for certificates of clients."""
 
     @classmethod
@@ -467,7 +448,7 @@ class Required(WithAuthority):
         self.assertEqual(self.call(channel, pause, self.tokens["operate"])[0], grpc.StatusCode.OK)
 
 
-class Page(WithAuthority):
+class Page(WithTokens):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
@@ -579,7 +560,7 @@ class Files(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
 
 
-class Audit(WithAuthority):
+class Audit(WithTokens):
     def test_every_command_stands_with_who_sent_it(self):
         with self.cell("operate") as cell:
             cell.step(3)
