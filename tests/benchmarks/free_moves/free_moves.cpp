@@ -29,8 +29,11 @@ double processor_ms() {
 }
 
 constexpr std::size_t kRobots = 2;
-constexpr robot::PathSearchEffort kLong{
-    .iterations = 4000, .attempts = 20, .shortcuts = 300, .evaluations = 3'000'000};
+constexpr robot::PathSearchEffort kLong{.iterations = 4000,
+                                        .attempts = 20,
+                                        .good_length = 0,
+                                        .shortcuts = 300,
+                                        .evaluations = 3'000'000};
 /// Longest path beside the best of long searches.
 constexpr double kGoodLength = 1.3;
 constexpr int kCompared = 10;  ///< every so many blocked pairs are searched at length as well

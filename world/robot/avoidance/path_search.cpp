@@ -155,6 +155,8 @@ std::vector<JointVector> PathSearch::find(const JointVector& start, const JointV
     if (path.empty()) continue;
     shorten(path, effort.shortcuts, seed);
     if (best.empty() || length(path) < length(best)) best = std::move(path);
+    // No path is shorter than the straight line.
+    if (length(best) <= effort.good_length * distance(start, goal)) break;
   }
   return best;
 }

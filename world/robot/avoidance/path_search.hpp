@@ -13,6 +13,8 @@ namespace aprsim::robot {
 struct PathSearchEffort {
   int iterations = 1500;  ///< of the planner, for each attempt
   int attempts = 3;       ///< each with numbers of its own; the shortest path counts
+  /// Length beside the straight line at which a path is good enough; 0 makes all attempts.
+  double good_length = 1.3;
   int shortcuts = 60;     ///< tries to shorten each path
   /// Postures that are measured, at most; a few more where a motion is being checked.
   std::size_t evaluations = 60'000;

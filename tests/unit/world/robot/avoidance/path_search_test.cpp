@@ -1,5 +1,6 @@
 #include "world/robot/avoidance/path_search.hpp"
 
+#include <algorithm>
 #include <random>
 #include <vector>
 
@@ -63,9 +64,28 @@ TEST(PathSearch, GivesTheSameBitsEachTime) {
 TEST(PathSearch, MoreAttemptsFindNoLongerPaths) {
   const OverTheWall way(0.65);
   const double one = length(way, find(way, {.attempts = 1}));
-  const double many = length(way, find(way, {.attempts = 8}));
+  const double many = length(way, find(way, {.attempts = 8, .good_length = 0}));
   EXPECT_GT(many, 0);
   EXPECT_LE(many, one);
+}
+
+/// Attempts go on as long as no path is good enough, and no longer.
+TEST(PathSearch, IsContentWithAGoodPath) {
+  bool content = false, discontent = false;
+  for (const double wall_m : {0.4, 0.5, 0.55, 0.6, 0.65}) {
+    const OverTheWall way(wall_m);
+    const double straight = length(way, {way.start, way.goal});
+    const double first = length(way, find(way, {.attempts = 1}));
+    const double best = length(way, find(way, {.attempts = 8, .good_length = 0}));
+    ASSERT_GT(best, straight);
+    for (const double good : {1.0, 1.05, 1.1, 1.2, 1.3}) {
+      const double found = length(way, find(way, {.attempts = 8, .good_length = good}));
+      const bool at_once = first <= good * straight;
+      EXPECT_TRUE(at_once ? found == first : found <= std::max(best, good * straight)) << wall_m;
+      (at_once ? content : discontent) = true;
+    }
+  }
+  EXPECT_TRUE(content && discontent);
 }
 
 TEST(PathSearch, EndsWithoutAPathWhereThereIsNone) {
