@@ -4,6 +4,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -16,11 +17,8 @@
 
 #include <spdlog/spdlog.h>
 
-#include "protocols/crcl/crcl_server.hpp"
 #include "protocols/grpc/grpc_server.hpp"
 #include "protocols/modbus/modbus_server.hpp"
-#include "protocols/simple_message/simple_message_server.hpp"
-#include "protocols/vision/vision_server.hpp"
 #include "protocols/web/web_server.hpp"
 #include "server/access/security_context.hpp"
 #include "server/cameras/camera_studio.hpp"
@@ -30,6 +28,7 @@
 #include "server/journal/journal.hpp"
 #include "server/journal/run_header.hpp"
 #include "server/journal/state_files.hpp"
+#include "server/listeners/robot_listeners.hpp"
 #include "server/listeners/scene_listeners.hpp"
 #include "server/listeners/server_options.hpp"
 #include "server/operations/cell_log.hpp"
@@ -46,7 +45,9 @@
 namespace aprsim::server {
 namespace {
 
-constexpr std::chrono::milliseconds kCellLogPeriod{200};
+/// Period of looking for another scene, and its multiple after which the log and memory are due.
+constexpr std::chrono::milliseconds kFollowPeriod{20};
+constexpr unsigned kFollowsPerLog = 10;
 /// Pictures on their way have one part in so many of the cameras' memory.
 constexpr std::uint64_t kSentPart = 8;
 /// Ports of Simple Message: motion, state and gripper.
@@ -118,9 +119,13 @@ std::unique_ptr<world::HistoryRecords> make_records(const HistoryConfig& config,
   return std::make_unique<world::HistoryRecords>(limits);
 }
 
+using AdmitsScene = std::function<Result<void>(const scene::Scene&)>;
+
 world::SimulationOptions simulation_options(const Config& config, const MemoryShares& shares,
-                                            const scene::Scene& scene, world::Recorder* recorder) {
+                                            const scene::Scene& scene, world::Recorder* recorder,
+                                            AdmitsScene admits_scene) {
   world::SimulationOptions options;
+  options.admits_scene = std::move(admits_scene);
   options.recorder = recorder;
   options.seed = config.seed.value_or(scene.seed);
   options.max_saved_bytes = shares.saved_states;
@@ -170,14 +175,17 @@ class Daemon::Impl {
         records_(make_records(config.history, shares_, *scene)),
         bookmark_generator_(bookmarks_),
         recorders_({journal_.get(), records_.get(), records_ ? &bookmark_generator_ : nullptr}),
-        simulation_(scene, simulation_options(config, shares_, *scene, &recorders_)),
+        simulation_(scene, simulation_options(config, shares_, *scene, &recorders_,
+                                              [this, config](const scene::Scene& next) {
+                                                return admit_scene(config, next);
+                                              })),
         history_(records_ ? std::make_unique<world::TimeMachine>(scene, *records_, bookmarks_,
                                                                  &simulation_, shares_.past_states)
                           : nullptr),
         state_files_([this] { return simulation_.scene(); }, kVersion,
                      config.access.allow_foreign_states),
         security_(config, simulation_),
-        robots_(make_robots(config, *scene)),
+        robots_(robot_source(config)),
         studio_(scene, simulation_,
                 {.seed = config.seed.value_or(scene->seed),
                  .max_bytes =
@@ -202,24 +210,8 @@ class Daemon::Impl {
 
   Result<Ports> start() {
     Ports ports;
-    for (auto& [name, crcl, vision, simple_message] : robots_) {
-      auto port = crcl->start();
-      if (!port) return not_listening("crcl." + name, "crcl.ports." + name, port.error());
-      ports["crcl." + name] = *port;
-      port = vision->start();
-      if (!port) return not_listening("vision." + name, "vision.ports." + name, port.error());
-      ports["vision." + name] = *port;
-      if (!simple_message) continue;
-      const auto three = simple_message->start();
-      if (!three) {
-        const std::string& role = three.error().field;
-        return not_listening(role + "." + name, "simple_message." + role + "." + name,
-                             three.error());
-      }
-      ports["motion." + name] = three->motion;
-      ports["state." + name] = three->state;
-      ports["gripper." + name] = three->gripper;
-    }
+    if (auto listening = robots_.start(); !listening) return robot_not_listening(listening.error());
+    ports.merge(robots_.ports());
     if (auto listening = cameras_.start(); !listening) {
       return camera_not_listening(listening.error());
     }
@@ -241,21 +233,17 @@ class Daemon::Impl {
     return ports;
   }
 
-  [[nodiscard]] Ports ports() const {
-    Ports ports = all_ports_;
-    std::erase_if(ports, [](const auto& entry) {
-      return entry.first.starts_with("camera.") || entry.first.starts_with("modbus.") ||
-             entry.first.starts_with("modbus_tls.");
-    });
-    for (const auto& [name, port] : cameras_.ports()) ports["camera." + name] = port;
-    for (const auto& [name, port] : modbus_maps_.ports()) ports["modbus." + name] = port;
-    for (const auto& [name, port] : secure_maps_.ports()) ports["modbus_tls." + name] = port;
-    return ports;
+  void on_ports(std::function<void(const Ports&)> take) {
+    const std::lock_guard lock(follow_mutex_);
+    take_ports_ = std::move(take);
   }
 
   void reload() { security_.reload(); }
   [[nodiscard]] bool makes_progress() const { return simulation_.makes_progress(); }
-  [[nodiscard]] std::string problem() const { return simulation_.problem(); }
+  [[nodiscard]] std::string problem() const {
+    const std::string problem = simulation_.problem();
+    return problem.empty() ? robots_.problem() : problem;
+  }
 
   void finish_journal() {
     if (journal_) journal_->finish();
@@ -264,6 +252,11 @@ class Daemon::Impl {
   /// Listeners stop in parallel, since each may wait for its slowest client; the page stops first,
   /// since it counts the others' connections.
   void stop() {
+    {
+      // The ports file and the programs may end.
+      const std::lock_guard lock(follow_mutex_);
+      stopping_ = true;
+    }
     programs_.close();
     // So that no listener waits for an answer from it.
     if (history_) history_->stop();
@@ -272,13 +265,7 @@ class Daemon::Impl {
     if (web_) web_->stop();
     {
       std::vector<std::jthread> ending;
-      for (auto& robot : robots_) {
-        ending.emplace_back([&robot] { robot.crcl->stop(); });
-        ending.emplace_back([&robot] { robot.vision->stop(); });
-        if (robot.simple_message) {
-          ending.emplace_back([&robot] { robot.simple_message->stop(); });
-        }
-      }
+      ending.emplace_back([this] { robots_.stop(); });
       ending.emplace_back([this] { cameras_.stop(); });
       ending.emplace_back([this] { modbus_.stop(); });
       ending.emplace_back([this] { modbus_maps_.stop(); });
@@ -296,13 +283,6 @@ class Daemon::Impl {
   }
 
  private:
-  struct Robot {
-    std::string name;
-    std::unique_ptr<crcl_server::CrclServer> crcl;
-    std::unique_ptr<vision_server::VisionServer> vision;
-    std::unique_ptr<simple_message::SimpleMessageServer> simple_message;  ///< null = none
-  };
-
   /// Opens the ports of the conveyor and of the scene's servers, each with and without TLS.
   [[nodiscard]] Result<void> start_modbus(Ports& ports) {
     auto modbus = modbus_.start();
@@ -326,6 +306,58 @@ class Daemon::Impl {
     return {};
   }
 
+  [[nodiscard]] Ports ports() const {
+    Ports ports = all_ports_;
+    // Names with a dot are of things in the scene.
+    std::erase_if(ports,
+                  [](const auto& entry) { return entry.first.find('.') != std::string::npos; });
+    ports.merge(robots_.ports());
+    for (const auto& [name, port] : cameras_.ports()) ports["camera." + name] = port;
+    for (const auto& [name, port] : modbus_maps_.ports()) ports["modbus." + name] = port;
+    for (const auto& [name, port] : secure_maps_.ports()) ports["modbus_tls." + name] = port;
+    return ports;
+  }
+
+  /// Lets the listeners follow the scene. Thread: the cell log's.
+  void follow_scene() {
+    const auto cell = robots_.update();
+    cameras_.update();
+    modbus_maps_.update();
+    secure_maps_.update();
+    const Ports now = ports();
+    const std::lock_guard lock(follow_mutex_);
+    if (stopping_) return;
+    programs_.update(now);
+    if (take_ports_) take_ports_(now);
+    followed_ = cell;
+  }
+
+  /// Thread: any.
+  [[nodiscard]] bool follows(const api::CellDescription& cell) const {
+    const std::lock_guard lock(follow_mutex_);
+    return followed_.get() == &cell;
+  }
+
+  /// Its field is the listener's name.
+  [[nodiscard]] static tl::unexpected<Error> robot_not_listening(const Error& error) {
+    const std::string name = error.field;
+    const auto dot = name.find('.');
+    const std::string kind = name.substr(0, dot), robot = name.substr(dot + 1);
+    const bool own = kind == "crcl" || kind == "vision";
+    const std::string key = own ? kind + ".ports." + robot : "simple_message." + kind + "." + robot;
+    return not_listening(name, key, error);
+  }
+
+  /// Refuses another scene whose robots could not be reached, before anything changes. Thread: any.
+  [[nodiscard]] Result<void> admit_scene(const Config& config, const scene::Scene& next) const {
+    if (auto ok = raise_file_limit(needed_files(config, next)); !ok) return ok;
+    const auto listening = robots_.check(next);
+    if (listening) return {};
+    auto refused = robot_not_listening(listening.error());
+    refused.value().code = ErrorCode::kFailedPrecondition;
+    return refused;
+  }
+
   /// Its field is the camera's name.
   [[nodiscard]] tl::unexpected<Error> camera_not_listening(const Error& error) const {
     const std::string& name = error.field;
@@ -336,7 +368,8 @@ class Daemon::Impl {
   }
 
   /// Logs events of the cell, since the simulation's own thread never writes there, keeps the
-  /// limit of memory, and lets the listeners of cameras and Modbus servers follow the scene.
+  /// limit of memory, and lets the listeners of robots, cameras and Modbus servers follow the
+  /// scene.
   void log_cell(const std::stop_token& stop) {
     CellLog cell_log;
     std::mutex mutex;
@@ -350,17 +383,17 @@ class Daemon::Impl {
           if (journal_) journal_->drop_older_half();
         },
         [this] { return resident_bytes() - std::min(resident_bytes(), studio_.bytes()); });
-    while (true) {
+    for (unsigned turn = 0;; ++turn) {
       const bool ended = stop.stop_requested();
-      memory.check(MemoryGuard::Clock::now());
-      cameras_.update();
-      modbus_maps_.update();
-      secure_maps_.update();
-      for (const CellLogLine& line : cell_log.detect(*simulation_.latest())) {
-        spdlog::log(line.error ? spdlog::level::err : spdlog::level::warn, "cell: {}", line.text);
+      follow_scene();
+      if (turn % kFollowsPerLog == 0 || ended) {
+        memory.check(MemoryGuard::Clock::now());
+        for (const CellLogLine& line : cell_log.detect(*simulation_.latest())) {
+          spdlog::log(line.error ? spdlog::level::err : spdlog::level::warn, "cell: {}", line.text);
+        }
       }
       if (ended) return;
-      condition.wait_for(lock, stop, kCellLogPeriod, [] { return false; });
+      condition.wait_for(lock, stop, kFollowPeriod, [] { return false; });
     }
   }
 
@@ -426,26 +459,26 @@ class Daemon::Impl {
     return options;
   }
 
-  [[nodiscard]] std::vector<Robot> make_robots(const Config& config, const scene::Scene& scene) {
-    const ListenerContext shared = context(config);
-    std::vector<Robot> robots;
-    for (std::size_t i = 0; i < scene.robots.size(); ++i) {
-      const std::string& name = scene.robots[i].name;
-      const int index = static_cast<int>(i);
-      auto crcl = with_tap(crcl_options(shared, index, name), config, crcl_tap_);
-      crcl.max_unfinished_bytes = shares_.documents / scene.robots.size();
-      robots.push_back(
-          {name,
-           std::make_unique<crcl_server::CrclServer>(std::move(crcl), simulation_, simulation_),
-           std::make_unique<vision_server::VisionServer>(vision_options(shared, index, name),
-                                                         simulation_),
-           nullptr});
-      if (!scene.robots[i].simple_message) continue;
-      robots.back().simple_message = std::make_unique<simple_message::SimpleMessageServer>(
-          with_tap(simple_message_options(shared, index, scene.robots[i]), config, crcl_tap_),
-          simulation_, simulation_);
-    }
-    return robots;
+  RobotListeners::Source robot_source(const Config& config) {
+    return {.scene = [this] { return simulation_.scene(); },
+            .sink = simulation_,
+            .snapshots = simulation_,
+            .options =
+                [this, config](const scene::Scene& scene, std::size_t index) {
+                  const ListenerContext shared = context(config);
+                  const scene::Robot& robot = scene.robots[index];
+                  const int number = static_cast<int>(index);
+                  RobotListenerOptions options{
+                      with_tap(crcl_options(shared, number, robot.name), config, crcl_tap_),
+                      vision_options(shared, number, robot.name),
+                      {}};
+                  if (robot.simple_message) {
+                    options.simple_message =
+                        with_tap(simple_message_options(shared, number, robot), config, crcl_tap_);
+                  }
+                  return options;
+                },
+            .max_unfinished_bytes = shares_.documents};
   }
 
   [[nodiscard]] grpc_server::TelemetryOptions grpc_options(const Config& config) {
@@ -462,14 +495,9 @@ class Daemon::Impl {
     options.history = history_.get();
     options.previews = &simulation_.previews();
     options.state_files = &state_files_;
-    options.robots = robot_ports();
+    options.robots = &robots_;
+    options.listens = [this](const api::CellDescription& cell) { return follows(cell); };
     return options;
-  }
-
-  [[nodiscard]] std::vector<protocols::RobotPort*> robot_ports() const {
-    std::vector<protocols::RobotPort*> ports;
-    for (const Robot& robot : robots_) ports.push_back(robot.crcl.get());
-    return ports;
   }
 
   void make_web(const Config& config, const scene::Scene& scene) {
@@ -483,6 +511,7 @@ class Daemon::Impl {
     options.history = history_.get();
     options.previews = &simulation_.previews();
     options.drafts = &drafts_;
+    options.models = [this] { return models_of(*simulation_.scene()); };
     options.listeners = [this] { return listeners(); };
     options.metrics = [this] { return metrics_text(metrics_sources()); };
     web_ = std::make_unique<web::WebServer>(std::move(options), simulation_, simulation_);
@@ -497,10 +526,12 @@ class Daemon::Impl {
     sources.solver = simulation_.solver_work();
     sources.waiting_commands = simulation_.waiting_commands();
     sources.memory = memory();
-    for (const auto& [name, crcl, vision, simple_message] : robots_) {
-      sources.crcl.emplace_back(name, crcl->stats());
-      sources.vision.emplace_back(name, vision->stats());
-      if (simple_message) sources.simple_message.emplace_back(name, simple_message->stats());
+    for (const auto& [name, stats] : robots_.crcl_stats()) sources.crcl.emplace_back(name, stats);
+    for (const auto& [name, stats] : robots_.vision_stats()) {
+      sources.vision.emplace_back(name, stats);
+    }
+    for (const auto& [name, stats] : robots_.simple_message_stats()) {
+      sources.simple_message.emplace_back(name, stats);
     }
     for (const auto& [name, stats] : cameras_.stats()) sources.cameras.emplace_back(name, stats);
     sources.modbus = modbus_.stats();
@@ -546,14 +577,21 @@ class Daemon::Impl {
   /// Thread: the web server's; the ports are set before it starts.
   [[nodiscard]] std::vector<web::ListenerCount> listeners() const {
     std::vector<web::ListenerCount> all;
+    const Ports of_robots = robots_.ports();
     const auto add = [&](const std::string& name, std::uint64_t open) {
-      const auto port = ports_.find(name);
-      all.push_back({name, port == ports_.end() ? std::uint16_t{0} : port->second, open});
+      const Ports& known = of_robots.contains(name) ? of_robots : ports_;
+      const auto port = known.find(name);
+      all.push_back({name, port == known.end() ? std::uint16_t{0} : port->second, open});
     };
-    for (const auto& [name, crcl, vision, simple_message] : robots_) {
-      add("crcl." + name, crcl->stats().open);
-      add("vision." + name, vision->stats().open);
-      if (simple_message) add("motion." + name, simple_message->stats().open);
+    const auto messages = robots_.simple_message_stats();
+    const auto vision = robots_.vision_stats();
+    for (const auto& [name, stats] : robots_.crcl_stats()) {
+      add("crcl." + name, stats.open);
+      if (const auto of = vision.find(name); of != vision.end())
+        add("vision." + name, of->second.open);
+      if (const auto of = messages.find(name); of != messages.end()) {
+        add("motion." + name, of->second.open);
+      }
     }
     const auto ports = cameras_.ports();
     for (const auto& [name, stats] : cameras_.stats()) {
@@ -594,7 +632,7 @@ class Daemon::Impl {
   // The page shows their events; the audit records them.
   protocols::WireTap crcl_tap_{simulation_, shares_.crcl_tap};
   protocols::WireTap modbus_tap_{simulation_, shares_.modbus_tap};
-  std::vector<Robot> robots_;  // telemetry refers to their ports
+  RobotListeners robots_;  // telemetry refers to their ports
   CameraStudio studio_;
   const std::map<std::string, Endpoint> camera_endpoints_;
   CameraListeners cameras_;
@@ -606,6 +644,10 @@ class Daemon::Impl {
   CellPrograms programs_;
   DraftBuilder drafts_;
   std::unique_ptr<web::WebServer> web_;
+  mutable std::mutex follow_mutex_;  // of what follows
+  bool stopping_ = false;
+  std::function<void(const Ports&)> take_ports_;
+  std::shared_ptr<const api::CellDescription> followed_;  // whose listeners are open
   std::jthread cell_log_;
 };
 
@@ -621,7 +663,7 @@ Daemon::Daemon(const Config& config, std::shared_ptr<const scene::Scene> scene, 
     : impl_(std::make_unique<Impl>(config, std::move(scene), demo)) {}
 Daemon::~Daemon() = default;
 Result<Ports> Daemon::start() { return impl_->start(); }
-Ports Daemon::ports() const { return impl_->ports(); }
+void Daemon::on_ports(std::function<void(const Ports&)> take) { impl_->on_ports(std::move(take)); }
 void Daemon::stop() { impl_->stop(); }
 void Daemon::finish_journal() { impl_->finish_journal(); }
 void Daemon::reload() { impl_->reload(); }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -27,8 +28,9 @@ class Daemon {
   /// open. Errors name listener, address and port.
   [[nodiscard]] Result<Ports> start();
 
-  /// The ports at present: those of cameras are the present scene's. Thread: the owner's.
-  [[nodiscard]] Ports ports() const;
+  /// Calls `take` with all ports where another scene has others, before the client of the reset
+  /// gets its answer. Thread of the call: the daemon's own, until stop(). Thread: the owner's.
+  void on_ports(std::function<void(const Ports&)> take);
 
   /// Stops accepting, lets replies go out, stops the simulation and finishes the journal; well
   /// under two seconds.

@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include <spdlog/spdlog.h>
@@ -74,13 +75,16 @@ void warn_of_unknown_robots(const Config& config, const scene::Scene& scene) {
   }
 }
 
-/// Writes the ports again where they have changed: another scene has other cameras.
+/// Writes the ports again where they have changed: another scene has other robots or cameras.
 void follow_ports(const Ports& now, Ports& written, const Invocation& invocation, PortsFile& file) {
   if (now == written) return;
   for (const auto& [name, port] : now) {
     const auto before = written.find(name);
     if (before != written.end() && before->second == port) continue;
     spdlog::info("listening: {} on port {}", name, port);
+    for (const std::string& line : exposures(invocation.config, {{name, port}})) {
+      spdlog::warn("{}", line);
+    }
   }
   written = now;
   if (invocation.ports_file.empty()) return;
@@ -89,12 +93,11 @@ void follow_ports(const Ports& now, Ports& written, const Invocation& invocation
   }
 }
 
-/// Serves until a signal. `ports_now`: null = they never change. Exit code 0.
+/// Serves until a signal. Exit code 0.
 template <typename Served>
 int serve_until_signal(Served& daemon, const Invocation& invocation,
-                       const std::function<bool()>& makes_progress,
-                       const std::function<Ports()>& ports_now) {
-  constexpr std::chrono::milliseconds kPortsPeriod{500};
+                       const std::function<bool()>& makes_progress) {
+  constexpr std::chrono::milliseconds kReportPeriod{500};
   if (invocation.exit_on_stdin_eof) process::stop_when_input_ends();
   PortsFile ports_file;
   auto ports = daemon.start();
@@ -105,15 +108,17 @@ int serve_until_signal(Served& daemon, const Invocation& invocation,
       return refuse(ok.error().message);
     }
   }
+  if constexpr (std::is_same_v<Served, Daemon>) {
+    daemon.on_ports([&](const Ports& now) { follow_ports(now, *ports, invocation, ports_file); });
+  }
   ServiceManager service_manager;
   service_manager.ready();
   // SIGHUP of a terminal that closes means the end.
   const bool reloads = !has_terminal();
   std::optional<int> signal;
-  const auto period = std::min(service_manager.period().value_or(kPortsPeriod), kPortsPeriod);
+  const auto period = std::min(service_manager.period().value_or(kReportPeriod), kReportPeriod);
   while (!(signal = wait_for_signal(period)) || (reloads && *signal == SIGHUP)) {
     if (signal) daemon.reload();
-    if (ports_now) follow_ports(ports_now(), *ports, invocation, ports_file);
     service_manager.working(makes_progress(), daemon.problem());
   }
   service_manager.stopping();
@@ -139,8 +144,7 @@ int serve(const Invocation& invocation, std::shared_ptr<const scene::Scene> scen
                to_text(invocation.config.speed),
                invocation.config.time.clients_pace ? ", virtual time" : "");
   Daemon daemon(invocation.config, std::move(scene), invocation.demo);
-  return serve_until_signal(
-      daemon, invocation, [&] { return daemon.makes_progress(); }, [&] { return daemon.ports(); });
+  return serve_until_signal(daemon, invocation, [&] { return daemon.makes_progress(); });
 }
 
 /// Absent where this program cannot read the run's configuration.
@@ -161,8 +165,7 @@ int serve_replay(const Invocation& invocation, const journal::RecordedRun& run,
                run.header().scene());
   for (const std::string& caution : run.cautions()) spdlog::warn("replay: {}", caution);
   ReplayDaemon daemon(invocation.config, run, part, invocation.replay_speed);
-  return serve_until_signal(
-      daemon, invocation, [] { return true; }, nullptr);
+  return serve_until_signal(daemon, invocation, [] { return true; });
 }
 
 /// Refuses to write over a journal of the run.
@@ -198,7 +201,7 @@ int replay(const Invocation& invocation) {
   std::optional<MotionFile> motion;
   std::optional<VideoFile> video;
   if (!invocation.motion.file.empty()) {
-    motion.emplace(invocation.motion, run->header(), *run->scene());
+    motion.emplace(invocation.motion, run->header());
   }
   if (!invocation.motion.video.empty()) {
     const auto camera = camera_named(*run->scene(), invocation.motion.camera);

@@ -409,6 +409,15 @@ void CommandExecutor::observe(const api::Snapshot& snapshot) {
   program_pace_ = protocols::RateLimit(kProgramCommandsPerS, kProgramBurst);
 }
 
+void CommandExecutor::set_robot(int robot) {
+  options_.robot = robot;
+  lifecycle_.set_robot(robot);
+  submitter_.set_robot(robot);
+  const api::SnapshotPtr now = source_.latest();
+  follow_scene(*now);
+  observe(*now);
+}
+
 // A changed scene may move the robot, or change its joint conventions and tools.
 void CommandExecutor::follow_scene(const api::Snapshot& snapshot) {
   const auto& now = snapshot.cell->scene_text;

@@ -87,6 +87,9 @@ class CommandExecutor {
   /// To be called once for each status.
   [[nodiscard]] bool first_to_tell_end(crcl::CommandState state);
 
+  /// The robot has this index in the source's latest snapshot, of another scene.
+  void set_robot(int robot);
+
   /// The robot's name in the scene.
   [[nodiscard]] const std::string& robot() const { return description().name; }
   /// Log of the peers' actions, under the name "crcl.fanuc".

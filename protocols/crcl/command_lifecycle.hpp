@@ -60,6 +60,8 @@ class CommandLifecycle {
   /// An error that no command has caused.
   void fail(std::string reason) { latch(std::move(reason)); }
 
+  /// The robot has this index from now on.
+  void set_robot(int robot) { robot_ = robot; }
   /// Updates the state from the world. True if the cell was reset or a saved state was loaded since
   /// the last call.
   [[nodiscard]] bool observe(const api::Snapshot& snapshot);

@@ -26,6 +26,8 @@ class CommandSubmitter {
   [[nodiscard]] api::LimitSetting limit(api::MotionLimit which,
                                         const api::Snapshot& snapshot) const;
 
+  /// The robot has this index from now on.
+  void set_robot(int robot) { robot_ = robot; }
   /// The robot has been built anew, with its own limits.
   void forget() { latest_ = {}; }
 

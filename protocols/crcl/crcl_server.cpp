@@ -46,6 +46,7 @@ class CrclServer::Impl {
       : options_(std::move(options)),
         executor_(executor_options(options_), sink, source),
         robot_(executor_.robot()),
+        max_unfinished_bytes_(options_.max_unfinished_bytes),
         service_(executor_.name(), options_.listener,
                  [this](protocols::TcpListener::Socket socket, std::string peer,
                         protocols::TcpListener::Slot slot) {
@@ -91,6 +92,17 @@ class CrclServer::Impl {
       fault_timer_.cancel();
     });
   }
+
+  void set_robot(int robot, std::function<void()> change) {
+    boost::asio::post(service_.io(), [this, robot, change = std::move(change)] {
+      change();
+      options_.robot = robot;
+      executor_.set_robot(robot);
+      drops_ = protocols::MomentaryFaults(faults::Kind::kCrclDrop, robot);
+    });
+  }
+
+  void limit_unfinished(std::size_t bytes) { max_unfinished_bytes_ = bytes; }
 
   [[nodiscard]] CrclServerStats stats() const {
     const protocols::TcpListener& listener = service_.listener();
@@ -169,7 +181,7 @@ class CrclServer::Impl {
         largest = &connection;
       }
     });
-    if (bytes > options_.max_unfinished_bytes) largest->drop_unfinished();
+    if (bytes > max_unfinished_bytes_) largest->drop_unfinished();
   }
 
   // A pacing client sees faults only at its own instants.
@@ -213,6 +225,7 @@ class CrclServer::Impl {
   CommandExecutor executor_;
   const std::string robot_;  // its name in the scene that the server began with
   CrclCounters counters_;
+  std::atomic<std::size_t> max_unfinished_bytes_;
   std::atomic<std::size_t> sessions_open_{0};
   std::atomic<std::uint64_t> last_session_{0};
   std::atomic<bool> stopping_{false};
@@ -236,6 +249,12 @@ CrclServer::~CrclServer() = default;
 Result<std::uint16_t> CrclServer::start() { return impl_->start(); }
 
 void CrclServer::stop() { impl_->stop(); }
+
+void CrclServer::set_robot(int robot, std::function<void()> change) {
+  impl_->set_robot(robot, std::move(change));
+}
+
+void CrclServer::limit_unfinished(std::size_t bytes) { impl_->limit_unfinished(bytes); }
 
 CrclServerStats CrclServer::stats() const { return impl_->stats(); }
 

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -108,6 +109,12 @@ class CrclServer final : public protocols::RobotPort {
   /// Takes no more connections or commands, lets statuses go out until the drain deadline, closes
   /// everything and joins. Motion goes on. Again: nothing. Thread: the owner's.
   void stop();
+
+  /// The robot has this index in another scene. `change` lets the snapshots have it, on the
+  /// server's thread. Thread: the owner's, between start and stop.
+  void set_robot(int robot, std::function<void()> change);
+  /// Sets CrclServerOptions::max_unfinished_bytes. Thread: any.
+  void limit_unfinished(std::size_t bytes);
 
   /// Thread: any.
   [[nodiscard]] CrclServerStats stats() const;

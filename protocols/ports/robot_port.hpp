@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "crcl/documents.hpp"
 #include "crcl/error.hpp"
@@ -64,6 +65,15 @@ class RobotPort {
   /// are too many sessions, or the port is closed.
   [[nodiscard]] virtual Result<std::shared_ptr<RobotSession>> open(
       RobotSessionOptions options, std::shared_ptr<RobotClient> client) = 0;
+};
+
+/// The ports of the present robots, which change with the scene. Thread: any.
+class RobotPorts {
+ public:
+  virtual ~RobotPorts() = default;
+  /// Null = the cell has no robot of this name. The port lasts as long as it is kept.
+  [[nodiscard]] virtual std::shared_ptr<RobotPort> find(const std::string& robot) const = 0;
+  [[nodiscard]] virtual std::vector<std::string> names() const = 0;
 };
 
 }  // namespace aprsim::protocols

@@ -30,7 +30,7 @@ std::string position_message(Communication communication, ReplyCode code, std::i
 }  // namespace
 
 FanucController::FanucController(ListenerContext& context, RobotLink& link)
-    : context_(context), link_(link), gripper_(link), ends_(context.log, context.options.robot) {}
+    : context_(context), link_(link), gripper_(link), ends_(context.log) {}
 
 void FanucController::motion_connected(Connection& connection) { client_ = &connection; }
 

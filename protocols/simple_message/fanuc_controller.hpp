@@ -27,7 +27,10 @@ class FanucController final : public Controller {
   [[nodiscard]] bool yields_motion() override { return false; }
   void advance() override;
   [[nodiscard]] bool waits() const override { return point_.has_value(); }
-  void report_ends() override { ends_.report(*link_.latest()); }
+  void report_ends() override {
+    const api::SnapshotPtr now = link_.latest();
+    ends_.report(*now, link_.robot(*now));
+  }
   [[nodiscard]] std::chrono::milliseconds state_period() const override;
   [[nodiscard]] std::vector<std::string> states() override;
 

@@ -70,7 +70,7 @@ MotomanController::MotomanController(ListenerContext& context, RobotLink& link)
       link_(link),
       io_(link),
       queue_(link, context.options.interpolation_clock),
-      ends_(context.log, context.options.robot),
+      ends_(context.log),
       pause_timer_(context.io) {}
 
 std::chrono::milliseconds MotomanController::state_period() const { return kMotomanStatePeriod; }

@@ -32,7 +32,10 @@ class MotomanController final : public Controller {
   [[nodiscard]] bool yields_motion() override;
   void advance() override;
   [[nodiscard]] bool waits() const override { return pending_ || queue_.waits(); }
-  void report_ends() override { ends_.report(*link_.latest()); }
+  void report_ends() override {
+    const api::SnapshotPtr now = link_.latest();
+    ends_.report(*now, link_.robot(*now));
+  }
   [[nodiscard]] std::chrono::milliseconds state_period() const override;
   [[nodiscard]] std::vector<std::string> states() override;
 

@@ -68,6 +68,7 @@ class SimpleMessageServer::Impl final : public ConnectionOwner {
 
   Result<SimpleMessagePorts> start();
   void stop();
+  void set_robot(int robot, std::function<void()> change);
   [[nodiscard]] SimpleMessageStats stats() const;
 
   [[nodiscard]] bool take(Connection& connection, std::span<const std::uint8_t> request,
@@ -112,8 +113,8 @@ class SimpleMessageServer::Impl final : public ConnectionOwner {
   void watch_faults();
   void follow_faults();
 
-  const SimpleMessageOptions options_;
-  const std::string robot_;  // its name in the scene that the server began with
+  SimpleMessageOptions options_;  // the robot's index changes on the listener's thread
+  const std::string robot_;       // its name in the scene that the server began with
   protocols::LimitedLog log_;
   const api::SnapshotSource& source_;
   Counters counters_;
@@ -169,6 +170,14 @@ void SimpleMessageServer::Impl::stop() {
     cell_timer_.cancel();
     state_timer_.cancel();
     fault_timer_.cancel();
+  });
+}
+
+void SimpleMessageServer::Impl::set_robot(int robot, std::function<void()> change) {
+  boost::asio::post(service_.io(), [this, robot, change = std::move(change)] {
+    change();
+    options_.robot = robot;
+    drops_ = protocols::MomentaryFaults(faults::Kind::kSimpleMessageDrop, robot);
   });
 }
 
@@ -354,6 +363,9 @@ SimpleMessageServer::SimpleMessageServer(SimpleMessageOptions options, api::Comm
 SimpleMessageServer::~SimpleMessageServer() = default;
 Result<SimpleMessagePorts> SimpleMessageServer::start() { return impl_->start(); }
 void SimpleMessageServer::stop() { impl_->stop(); }
+void SimpleMessageServer::set_robot(int robot, std::function<void()> change) {
+  impl_->set_robot(robot, std::move(change));
+}
 SimpleMessageStats SimpleMessageServer::stats() const { return impl_->stats(); }
 
 }  // namespace aprsim::simple_message

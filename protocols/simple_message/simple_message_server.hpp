@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -75,6 +76,10 @@ class SimpleMessageServer {
   /// Accepts no more connections or requests, sends what is queued until the drain deadline, closes
   /// everything and joins. A second call has no effect. Thread: the owner's.
   void stop();
+
+  /// The robot has this index in another scene. `change` lets the snapshots have it, on the
+  /// server's thread. Thread: the owner's, between start and stop.
+  void set_robot(int robot, std::function<void()> change);
 
   /// Thread: any.
   [[nodiscard]] SimpleMessageStats stats() const;

@@ -10,9 +10,9 @@ void StreamEnds::expect(api::Ticket stream, std::string peer) {
   peer_ = std::move(peer);
 }
 
-void StreamEnds::report(const api::Snapshot& now) {
+void StreamEnds::report(const api::Snapshot& now, const api::RobotSnapshot& robot) {
   if (stream_ == 0 || now.applied < stream_) return;
-  const auto& ends = now.robots.at(static_cast<std::size_t>(robot_)).motion.ends;
+  const auto& ends = robot.motion.ends;
   if (!ends) return;
   const auto end = std::ranges::find(*ends, stream_, &api::StreamEnd::stream);
   if (end == ends->end()) return;

@@ -12,18 +12,17 @@ namespace aprsim::simple_message {
 /// Each stream's end once, with its latest client. Thread: the listener's.
 class StreamEnds {
  public:
-  StreamEnds(protocols::LimitedLog& log, int robot) : log_(log), robot_(robot) {}
+  explicit StreamEnds(protocols::LimitedLog& log) : log_(log) {}
 
   /// The client that commands from now on.
   void commanded_by(std::string peer) { peer_ = std::move(peer); }
   /// A stream that `peer` has begun.
   void expect(api::Ticket stream, std::string peer);
-  /// Logs the end of the expected stream, if it is there.
-  void report(const api::Snapshot& now);
+  /// Logs the end of the expected stream, if it is there. `robot`: that of the snapshot.
+  void report(const api::Snapshot& now, const api::RobotSnapshot& robot);
 
  private:
   protocols::LimitedLog& log_;
-  const int robot_;
   api::Ticket stream_ = 0;  // 0 = none
   std::string peer_;
 };

@@ -52,6 +52,17 @@ class VisionServer::Impl {
     });
   }
 
+  void set_robot(int robot, std::function<void()> change) {
+    boost::asio::post(service_.io(), [this, robot, change = std::move(change)] {
+      change();
+      options_.robot = robot;
+      if (!pacer_.joined()) return;
+      // Time waits for the frames of the new index.
+      pacer_.leave();
+      join_time();
+    });
+  }
+
   [[nodiscard]] VisionServerStats stats() const {
     const protocols::TcpListener& listener = service_.listener();
     return {listener.accepted(), listener.refused(), counters_.dropped, listener.open(), frames_,
@@ -166,6 +177,10 @@ VisionServer::~VisionServer() = default;
 Result<std::uint16_t> VisionServer::start() { return impl_->start(); }
 
 void VisionServer::stop() { impl_->stop(); }
+
+void VisionServer::set_robot(int robot, std::function<void()> change) {
+  impl_->set_robot(robot, std::move(change));
+}
 
 VisionServerStats VisionServer::stats() const { return impl_->stats(); }
 

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -51,6 +52,10 @@ class VisionServer {
   /// Takes no more connections, lets frames under way go out until the drain deadline, closes
   /// everything and joins. Again: nothing. Thread: the owner's.
   void stop();
+
+  /// The robot has this index in another scene. `change` lets the snapshots have it, on the
+  /// server's thread. Thread: the owner's, between start and stop.
+  void set_robot(int robot, std::function<void()> change);
 
   /// Thread: any.
   [[nodiscard]] VisionServerStats stats() const;

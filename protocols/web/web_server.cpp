@@ -127,10 +127,9 @@ class WebServer::Impl {
       assets->add("/", kHtml, kNotice);
     }
     add_documents(options_.documents, *assets);
-    for (const auto& [robot, file] : options_.models) {
-      if (auto ok = assets->add_file("/models/" + robot + ".urdf", file); !ok) return ok;
-    }
     context_.assets = std::move(assets);
+    if (auto ok = load_models(options_.models()); !ok) return ok;
+    context_.models = [this] { return present_models(); };
     context_.hosts = options_.hosts;
     context_.access = options_.listener.access;
     context_.refusals = rejected_.refusals = &log_;
@@ -164,6 +163,25 @@ class WebServer::Impl {
         "free.",
         options_.listener.limits.at_once);
     return {};
+  }
+
+  Result<void> load_models(RobotModels models) {
+    auto assets = std::make_shared<AssetTable>();
+    for (const auto& [robot, file] : models) {
+      if (auto ok = assets->add_file("/models/" + robot + ".urdf", file); !ok) return ok;
+    }
+    models_ = std::move(models);
+    model_assets_ = std::move(assets);
+    return {};
+  }
+
+  /// Read again where another scene has other robots.
+  std::shared_ptr<const AssetTable> present_models() {
+    RobotModels now = options_.models();
+    if (now != models_) {
+      if (auto ok = load_models(std::move(now)); !ok) spdlog::warn("web: {}", ok.error().message);
+    }
+    return model_assets_;
   }
 
   /// Counts from the request on, since many upgrades may be pending at once.
@@ -241,6 +259,8 @@ class WebServer::Impl {
   const api::SnapshotSource& source_;
   protocols::LimitedLog log_{"web"};
   HttpContext context_, rejected_;
+  RobotModels models_;
+  std::shared_ptr<const AssetTable> model_assets_;  // of these
   std::shared_ptr<std::size_t> viewer_slots_used_ = std::make_shared<std::size_t>(0);
   bool draining_ = false;
   bool over_ = false;  // set once the io_context ends

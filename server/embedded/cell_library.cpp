@@ -19,6 +19,7 @@
 #include "server/embedded/embedded_calls.hpp"
 #include "server/embedded/embedded_cell.hpp"
 #include "server/embedded/embedded_robot.hpp"
+#include "world/api/description/robot_identity.hpp"
 #include "world/scene/scene_loader.hpp"
 
 namespace {
@@ -128,14 +129,13 @@ void Arrays::write(const api::Snapshot& now) {
 struct aprsim_cell {
   aprsim_cell(std::shared_ptr<const aprsim::scene::Scene> scene, std::uint64_t seed)
       : cell(scene, seed) {
-    for (int i = 0; i < static_cast<int>(scene->robots.size()); ++i) {
-      robots.emplace_back(i, cell, cell);
-    }
+    follow_robots();
     arrays.write(*cell.latest());
   }
 
   EmbeddedCell cell;
   std::deque<EmbeddedRobot> robots;
+  std::shared_ptr<const api::CellDescription> known;  ///< whose robots these are
   Arrays arrays;
   std::string answer;
   const aprsim::embedded::AfterStep after_step = [this] {
@@ -144,8 +144,24 @@ struct aprsim_cell {
     return runs;
   };
 
+  /// After a reset to a scene with other robots, or a load of such a state, they begin anew.
+  void follow_robots() {
+    const auto& now = cell.world().description();
+    if (now == known) return;
+    const bool same =
+        known && std::ranges::equal(now->robots, known->robots, [](const auto& a, const auto& b) {
+          return api::same_robot(a, b);
+        });
+    known = now;
+    if (same) return;
+    robots.clear();
+    for (int i = 0; i < static_cast<int>(now->robots.size()); ++i) {
+      robots.emplace_back(i, cell, cell);
+    }
+  }
   [[nodiscard]] int submit(api::SimulationCommand command) {
     const auto ticket = cell.submit({0, std::move(command)});
+    follow_robots();
     if (ticket) return kOk;
     return failed({aprsim::protocols::status_code(ticket.error().code),
                    aprsim::protocols::status_text(ticket.error())});
@@ -192,6 +208,7 @@ int aprsim_cell_call(aprsim_cell* cell, const char* method, const void* request,
     const std::string_view bytes(static_cast<const char*>(request), size);
     const CallStatus status =
         aprsim::embedded::call(cell->cell, method, bytes, cell->after_step, cell->answer);
+    cell->follow_robots();
     if (status.code != kOk) return failed(status);
     *answer = cell->answer.data();
     *answer_size = cell->answer.size();

@@ -63,6 +63,17 @@ v1::JournalHeader header_here() {
   return header;
 }
 
+Result<v1::JournalFile> model_message(const std::string& file) {
+  auto bytes = content_of(file);
+  if (!bytes) return tl::unexpected(bytes.error());
+  v1::JournalFile model;
+  model.set_name(std::filesystem::path(file).filename().string());
+  model.set_sha256(sha256(*bytes));
+  model.set_content(*std::move(bytes));
+  make_utf8(model);
+  return model;
+}
+
 Result<v1::JournalHeader> header_of(const scene::Scene& scene) {
   v1::JournalHeader header = header_here();
   header.set_run_id(draw_id());
@@ -75,13 +86,9 @@ Result<v1::JournalHeader> header_of(const scene::Scene& scene) {
   for (const auto& robot : scene.robots) models.insert(robot.model_file);
   for (const std::string& file : models) {
     // They come with the journal, wherever it is read.
-    const std::string name = std::filesystem::path(file).filename().string();
-    auto bytes = content_of(file);
-    if (!bytes) return tl::unexpected(bytes.error());
-    auto& model = *header.add_models();
-    model.set_name(name);
-    model.set_sha256(sha256(*bytes));
-    model.set_content(*std::move(bytes));
+    auto model = model_message(file);
+    if (!model) return tl::unexpected(model.error());
+    *header.add_models() = *std::move(model);
   }
   // So that a library which is missing is named at its place in the scene.
   if (auto ok = devices::check_devices(scene, scene.file); !ok) return tl::unexpected(ok.error());

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "aprsim/v1/journal.pb.h"
 #include "world/base/result.hpp"
 #include "world/scene/model/scene.hpp"
@@ -12,5 +14,9 @@ namespace aprsim::server::journal {
 /// A header with the fields of this program and of the scene: its text and models, with digests.
 /// Errors: a file that cannot be read. Thread: any.
 [[nodiscard]] Result<v1::JournalHeader> header_of(const scene::Scene& scene);
+
+/// A robot description with its digest; its name is the file's. Errors: it cannot be read. Thread:
+/// any.
+[[nodiscard]] Result<v1::JournalFile> model_message(const std::string& file);
 
 }  // namespace aprsim::server::journal

@@ -1,20 +1,37 @@
 #include "server/journal/scene_writer.hpp"
 
+#include <set>
 #include <stdexcept>
 #include <utility>
 #include <variant>
 
+#include "server/journal/run_header.hpp"
 #include "world/scene/scene_loader.hpp"
 
 namespace aprsim::server::journal {
+
+SceneWriter::SceneWriter(const v1::JournalHeader& header, const StateSeal& seal)
+    : header_text_(header.scene_text()), seal_(seal) {
+  for (const v1::JournalFile& model : header.models()) models_[model.name()] = model.sha256();
+}
 
 const v1::JournalScene& SceneWriter::message_of(const ScenePtr& scene, Written& last) {
   if (last.scene == scene) return last.message;
   auto text = scene::portable_text(scene->text, scene->file);
   if (!text) throw std::runtime_error(text.error().message);
-  last.scene = scene;
-  last.message.set_name(scene->name);
-  last.message.set_text(*std::move(text));
+  v1::JournalScene message;
+  message.set_name(scene->name);
+  message.set_text(*std::move(text));
+  std::set<std::string> files;
+  for (const scene::Robot& robot : scene->robots) files.insert(robot.model_file);
+  for (const std::string& file : files) {
+    auto model = model_message(file);
+    if (!model) throw std::runtime_error(model.error().message);
+    const auto known = models_.find(model->name());
+    if (known != models_.end() && known->second == model->sha256()) continue;
+    *message.add_models() = *std::move(model);
+  }
+  last = {scene, std::move(message)};
   return last.message;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,11 +17,10 @@ namespace aprsim::server::journal {
 class SceneWriter {
  public:
   /// `seal` outlives the writer.
-  SceneWriter(const v1::JournalHeader& header, const StateSeal& seal)
-      : header_text_(header.scene_text()), seal_(seal) {}
+  SceneWriter(const v1::JournalHeader& header, const StateSeal& seal);
 
   /// Writes the scene of an epoch or checkpoint into its record; does nothing for other entries.
-  /// Throws std::runtime_error for a scene without a text.
+  /// Throws std::runtime_error for a scene without a text, and for an unreadable robot description.
   void write(const Entry& entry, v1::JournalRecord& record);
   /// Writes the scenes of a state into its checkpoint, which has the state, and signs it.
   void write(const world::WorldState& state, v1::JournalCheckpoint& checkpoint);
@@ -32,9 +32,10 @@ class SceneWriter {
     ScenePtr scene;
     v1::JournalScene message;
   };
-  [[nodiscard]] static const v1::JournalScene& message_of(const ScenePtr& scene, Written& last);
+  [[nodiscard]] const v1::JournalScene& message_of(const ScenePtr& scene, Written& last);
 
   const std::string header_text_;
+  std::map<std::string, std::string> models_;  ///< of the header: name, digest
   const StateSeal& seal_;
   Written base_, changed_;
 };

@@ -208,6 +208,12 @@ grpc_server::TelemetryOptions telemetry_options(const ListenerContext& context) 
   return options;
 }
 
+web::RobotModels models_of(const scene::Scene& scene) {
+  web::RobotModels models;
+  for (const auto& robot : scene.robots) models.emplace_back(robot.name, robot.model_file);
+  return models;
+}
+
 web::WebServerOptions web_options(const ListenerContext& context, const scene::Scene& scene) {
   const Config& config = context.config;
   web::WebServerOptions options;
@@ -219,7 +225,7 @@ web::WebServerOptions web_options(const ListenerContext& context, const scene::S
   options.hosts = config.web.hosts;
   options.assets = process::web_directory();
   options.documents = process::documents_directory();
-  for (const auto& robot : scene.robots) options.models.emplace_back(robot.name, robot.model_file);
+  options.models = [models = models_of(scene)] { return models; };
   options.visual = [scene](const api::CellDescription& cell) {
     if (!cell.scene_text || *cell.scene_text == scene.text) return visual_of(scene);
     const auto file = std::filesystem::path(scene.file).parent_path() / (cell.scene + ".yaml");

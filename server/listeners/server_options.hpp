@@ -54,6 +54,9 @@ struct ListenerContext {
                                                                     std::size_t place,
                                                                     const std::string& name);
 [[nodiscard]] grpc_server::TelemetryOptions telemetry_options(const ListenerContext& context);
+/// The names and models of a scene's robots.
+[[nodiscard]] web::RobotModels models_of(const scene::Scene& scene);
+/// For a cell that begins with this scene.
 [[nodiscard]] web::WebServerOptions web_options(const ListenerContext& context,
                                                 const scene::Scene& scene);
 

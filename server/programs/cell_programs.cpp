@@ -91,6 +91,14 @@ Result<void> CellPrograms::begin(const Ports& ports) {
   return launched;
 }
 
+void CellPrograms::update(const Ports& ports) {
+  if (!ports_file_ || ports == written_) return;
+  written_ = ports;
+  if (auto written = ports_file_->write(ports_path(), ports); !written) {
+    spdlog::error("programs: {}", written.error().message);
+  }
+}
+
 void CellPrograms::close() {
   if (programs_) programs_->close();
 }

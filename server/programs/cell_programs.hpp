@@ -22,6 +22,8 @@ class CellPrograms {
   /// Writes the ports and starts a requested demo. Call it once the listeners are open and before
   /// the page is. Errors: the file cannot be written; there is no demo for this scene.
   [[nodiscard]] Result<void> begin(const Ports& ports);
+  /// Writes the ports again where they have changed: another scene has other robots. Thread: one.
+  void update(const Ports& ports);
   /// Terminates the running program and accepts no more; does not wait.
   void close();
   /// Waits about a second for the end of the running program.
@@ -36,6 +38,7 @@ class CellPrograms {
   bool demo_;
   std::string directory_;  ///< of the ports file; empty = none
   std::unique_ptr<PortsFile> ports_file_;
+  Ports written_;  ///< to it
   std::unique_ptr<Programs> programs_;
 };
 

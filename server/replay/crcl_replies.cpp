@@ -8,6 +8,7 @@
 #include "crcl/status_codec.hpp"
 #include "protocols/crcl/connection_settings.hpp"
 #include "protocols/crcl/status_builder.hpp"
+#include "world/api/description/robot_identity.hpp"
 
 namespace aprsim::server::journal {
 namespace {
@@ -118,7 +119,7 @@ Deviation deviation_of(const crcl::Status& then, const crcl::Status& here) {
 
 }  // namespace
 
-CrclReplies::CrclReplies(std::size_t robot) : robot_(robot) {
+CrclReplies::CrclReplies(std::string robot) : robot_(std::move(robot)) {
   for (const crcl::Units& units : all_units()) units_.push_back({units, 0});
 }
 
@@ -188,14 +189,17 @@ Deviation CrclReplies::deviation(const crcl::Status& recorded, std::uint64_t set
                                  const api::Snapshot& snapshot) {
   if (cell_ != snapshot.cell) {
     cell_ = snapshot.cell;
-    joints_.emplace(cell_->robots[robot_]);
+    index_ = api::robot_named(*cell_, robot_);
+    joints_.reset();
+    if (index_) joints_.emplace(cell_->robots[*index_]);
   }
+  if (!index_) return missing_robot(robot_);
   std::optional<Deviation> least;
   std::vector<PossibleUnits> fitting, later;
   for (const PossibleUnits& possible : units_) {
     Deviation found = deviation_of(
         recorded,
-        crcl_server::measured_status(snapshot, robot_, *joints_, settings_in(possible.units)));
+        crcl_server::measured_status(snapshot, *index_, *joints_, settings_in(possible.units)));
     if (possible.since > set_before) {
       later.push_back(possible);
     } else if (!found.any()) {

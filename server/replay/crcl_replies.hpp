@@ -20,8 +20,8 @@ namespace aprsim::server::journal {
 /// time.
 class CrclReplies : public std::enable_shared_from_this<CrclReplies> {
  public:
-  /// `robot`: index into Snapshot::robots.
-  explicit CrclReplies(std::size_t robot);
+  /// `robot`: its name.
+  explicit CrclReplies(std::string robot);
 
   /// A document of the client.
   void received(const std::string& document, world::RunTime at);
@@ -39,7 +39,7 @@ class CrclReplies : public std::enable_shared_from_this<CrclReplies> {
   [[nodiscard]] bool is_status_request(const std::string& document);
   void follow_units(const std::string& document);
 
-  const std::size_t robot_;
+  const std::string robot_;
   std::string get_status_;            ///< the latest request, which clients repeat byte by byte
   std::deque<world::RunTime> asked_;  ///< requested statuses
   std::vector<PossibleUnits> units_;
@@ -47,6 +47,7 @@ class CrclReplies : public std::enable_shared_from_this<CrclReplies> {
   std::string status_text_;  ///< the status that is compared
   crcl::Status status_;
   std::shared_ptr<const api::CellDescription> cell_;
+  std::optional<std::size_t> index_;             ///< of the robot in that
   std::optional<crcl_server::JointMap> joints_;  ///< of that
 };
 

@@ -11,9 +11,8 @@
 #include "server/listeners/visual_description.hpp"
 
 namespace aprsim::server {
-MotionFile::MotionFile(const MotionOptions& options, const v1::JournalHeader& header,
-                       const scene::Scene& scene)
-    : times_(options), file_(options.file), header_(header), scene_(scene) {
+MotionFile::MotionFile(const MotionOptions& options, const v1::JournalHeader& header)
+    : times_(options), file_(options.file), header_(header) {
   file_.out() << aprsim::journal::kMagic;
 }
 
@@ -22,8 +21,7 @@ void MotionFile::describe(const world::World& world) {
   v1::MotionHeader& out = *record.mutable_header();
   protocols::write_message(*world.description(), *out.mutable_cell());
   web::write_message(visual_of(*world.scene()), *out.mutable_appearance());
-  for (const scene::Robot& robot : scene_.robots) {
-    if (described_) break;
+  for (const scene::Robot& robot : world.scene()->robots) {
     std::ifstream model(robot.model_file, std::ios::binary);
     v1::JournalFile& file = *out.add_models();
     file.set_name(robot.name);

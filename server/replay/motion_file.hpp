@@ -11,15 +11,13 @@
 #include "world/base/files/draft_file.hpp"
 #include "world/cell/world.hpp"
 #include "world/runtime/record/recorder.hpp"
-#include "world/scene/model/scene.hpp"
 
 namespace aprsim::server {
 
 /// Writes the motion of all bodies during a replay (aprsim/v1/motion.proto). Thread: the replay's.
 class MotionFile {
  public:
-  MotionFile(const MotionOptions& options, const v1::JournalHeader& header,
-             const scene::Scene& scene);
+  MotionFile(const MotionOptions& options, const v1::JournalHeader& header);
 
   /// Samples the world at the requested rate; call it after every step.
   void sample(const world::World& world, world::RunTime time);
@@ -34,7 +32,6 @@ class MotionFile {
   files::DraftFile file_;
   aprsim::journal::FrameEncoder encoder_;
   v1::JournalHeader header_;
-  const scene::Scene scene_;
   std::shared_ptr<const api::CellDescription> described_;  ///< in the last header
 };
 

@@ -33,6 +33,8 @@ class RecordedRun {
 
   [[nodiscard]] const v1::JournalHeader& header() const { return header_; }
   [[nodiscard]] const std::shared_ptr<const scene::Scene>& scene() const { return scene_; }
+  /// The directory of its robot descriptions, removed with the last copy of the run.
+  [[nodiscard]] const std::string& directory() const { return *models_; }
   /// Reasons why bits may differ, a sentence each.
   [[nodiscard]] const std::vector<std::string>& cautions() const { return cautions_; }
   /// Whether this program can read its checkpoints.

@@ -79,10 +79,12 @@ std::string bytes_of(world::WorldState state) {
 
 }  // namespace
 
-Replay::Replay(const v1::JournalHeader& header, std::shared_ptr<const scene::Scene> scene)
-    : scenes_(std::move(scene)),
+Replay::Replay(const v1::JournalHeader& header, std::shared_ptr<const scene::Scene> scene,
+               std::string directory)
+    : scenes_(std::move(scene), std::move(directory)),
       state_version_(header.state_version()),
-      world_(std::make_unique<world::World>(scenes_.of_header(), scenes_.models(), header.seed(),
+      world_(std::make_unique<world::World>(scenes_.of_header(),
+                                            scenes_.models_of(scenes_.of_header()), header.seed(),
                                             std::span<robot::PlanPrefetcher* const>())) {}
 
 Result<bool> Replay::process(const v1::JournalRecord& record) {
@@ -181,7 +183,7 @@ Result<void> Replay::begin(const v1::JournalEpoch& epoch) {
 void Replay::build(const std::shared_ptr<const scene::Scene>& scene, std::uint64_t seed) {
   const std::uint64_t revision = world_->description()->revision;
   const bool other = world_->scene() != scene;
-  world_ = std::make_unique<world::World>(scene, scenes_.models(), seed,
+  world_ = std::make_unique<world::World>(scene, scenes_.models_of(scene), seed,
                                           std::span<robot::PlanPrefetcher* const>());
   world_->set_revision(revision + (other ? 1 : 0));
 }

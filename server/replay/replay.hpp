@@ -35,8 +35,10 @@ struct ReplayResult {
 /// Replays the commands of a journal in a world without threads or clocks. Thread: one at a time.
 class Replay {
  public:
-  /// `header` of the journal; `scene`: see scene_of(). Throws std::runtime_error as World does.
-  Replay(const v1::JournalHeader& header, std::shared_ptr<const scene::Scene> scene);
+  /// `header` of the journal; `scene`: see scene_of(); `directory`: as in RecordedScenes. Throws
+  /// std::runtime_error as World does.
+  Replay(const v1::JournalHeader& header, std::shared_ptr<const scene::Scene> scene,
+         std::string directory = {});
 
   /// Called with the world after each checkpoint, step and command; false ends the replay.
   using Watch = std::function<bool(const world::World&, world::RunTime)>;

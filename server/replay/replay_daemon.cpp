@@ -10,6 +10,7 @@
 #include "server/access/security_context.hpp"
 #include "server/config/memory_shares.hpp"
 #include "server/listeners/server_options.hpp"
+#include "server/listeners/visual_description.hpp"
 #include "server/replay/replay_source.hpp"
 #include "world/runtime/history/bookmark_generator.hpp"
 #include "world/runtime/history/time_machine.hpp"
@@ -44,6 +45,12 @@ class ReplayDaemon::Impl {
     if (!config.web.enabled) return;
     auto web = web_options({config, security_}, *run.scene());
     web.read_only = source_.refusal();
+    web.models = [this] { return models_of(*source_.scene()); };
+    web.visual = [this, other = web.visual](const api::CellDescription& cell) {
+      const auto scene = source_.scene();
+      const bool known = cell.scene_text && *cell.scene_text == scene->text;
+      return known ? visual_of(*scene) : other(cell);
+    };
     web.crcl_tap = &source_.taps().crcl();
     web.modbus_tap = &source_.taps().modbus();
     if (past) web.history = &history_;

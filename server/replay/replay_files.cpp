@@ -10,7 +10,7 @@
 namespace aprsim::server::journal {
 
 Result<ReplayResult> replay_run(const RecordedRun& run, const ReplayPart& part) {
-  Replay replay(run.header(), run.scene());
+  Replay replay(run.header(), run.scene(), run.directory());
   WireCheck wires(*run.scene(), part.scaling);
   replay.watch([&](const world::World& world, world::RunTime time) {
     wires.observe(world, time);

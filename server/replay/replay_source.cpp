@@ -151,6 +151,10 @@ void ReplaySource::measure(std::uint64_t step) {
 }
 
 void ReplaySource::publish(const world::World& world, std::uint64_t epoch) {
+  {
+    const std::lock_guard lock(mutex_);
+    scene_ = world.scene();
+  }
   auto snapshot = slot_.acquire();
   world.write(*snapshot);
   snapshot->epoch = epoch;
@@ -161,7 +165,7 @@ void ReplaySource::publish(const world::World& world, std::uint64_t epoch) {
 
 Result<void> fill_history(const journal::RecordedRun& run, world::HistoryRecords& history,
                           world::Recorder& bookmarks) {
-  journal::RecordedScenes scenes(run.scene());
+  journal::RecordedScenes scenes(run.scene(), run.directory());
   bool lost = true;  // until the next checkpoint
   const auto read = run.each([&](const v1::JournalRecord& record) -> Result<bool> {
     const auto time = journal::time_of(record);

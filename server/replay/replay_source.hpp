@@ -47,6 +47,11 @@ class ReplaySource final : public api::CommandSink, public api::SnapshotSource {
   }
   /// The first difference from the recording.
   [[nodiscard]] std::string problem() const override;
+  /// The scene of the present world.
+  [[nodiscard]] std::shared_ptr<const scene::Scene> scene() const {
+    const std::lock_guard lock(mutex_);
+    return scene_;
+  }
   /// Traffic of the run's wires up to the present step.
   [[nodiscard]] ReplayTaps& taps() { return taps_; }
   /// Events of the cell up to the present step.
@@ -79,6 +84,7 @@ class ReplaySource final : public api::CommandSink, public api::SnapshotSource {
   mutable std::mutex mutex_;
   std::condition_variable_any pause_;
   std::string problem_;
+  std::shared_ptr<const scene::Scene> scene_;
   std::jthread thread_;  // ends first
 };
 

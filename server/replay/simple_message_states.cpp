@@ -9,6 +9,7 @@
 
 #include "protocols/simple_message/codec/message_codec.hpp"
 #include "protocols/simple_message/controller_state.hpp"
+#include "world/api/description/robot_identity.hpp"
 
 namespace aprsim::server::journal {
 namespace {
@@ -40,9 +41,11 @@ std::optional<WireReply> SimpleMessageStates::sent(const std::string& message,
   return WireReply{
       from, at, [then = *then, robot = robot_, kind = controller_](const api::Snapshot& snapshot) {
         const std::size_t count = kind == ControllerKind::kFanucKarel ? 6 : 7;
+        const auto index = api::robot_named(*snapshot.cell, robot);
+        if (!index) return missing_robot(robot);
         std::vector<double> joints;
         for (std::size_t i = 0; i < count; ++i) {
-          joints.push_back(snapshot.robots.at(robot).joints[i].position_rad);
+          joints.push_back(snapshot.robots.at(*index).joints.at(i).position_rad);
         }
         const Joints here = measured_to_wire(kind, joints);
         Deviation all;

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <cstddef>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "protocols/simple_message/simple_message_server.hpp"
 #include "server/replay/wire_reply.hpp"
@@ -13,14 +13,14 @@ namespace aprsim::server::journal {
 /// determines them: joints. Thread: one at a time.
 class SimpleMessageStates {
  public:
-  SimpleMessageStates(std::size_t robot, simple_message::ControllerKind controller)
-      : robot_(robot), controller_(controller) {}
+  SimpleMessageStates(std::string robot, simple_message::ControllerKind controller)
+      : robot_(std::move(robot)), controller_(controller) {}
 
   /// A message to the client; absent = it has no joints.
   [[nodiscard]] std::optional<WireReply> sent(const std::string& message, world::RunTime at) const;
 
  private:
-  const std::size_t robot_;
+  const std::string robot_;  ///< its name
   const simple_message::ControllerKind controller_;
 };
 

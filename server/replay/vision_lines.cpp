@@ -7,9 +7,8 @@
 namespace aprsim::server::journal {
 
 void VisionLines::add(const api::Snapshot& snapshot) {
-  cameras_.resize(snapshot.robots.size());
-  for (std::size_t robot = 0; robot < cameras_.size(); ++robot) {
-    Camera& camera = cameras_[robot];
+  for (std::size_t robot = 0; robot < snapshot.robots.size(); ++robot) {
+    Camera& camera = cameras_[snapshot.cell->robots[robot].name];
     const api::VisionFrame& frame = snapshot.robots[robot].vision;
     if (camera.cell == snapshot.cell && camera.epoch == snapshot.epoch &&
         camera.frame == frame.number) {
@@ -25,8 +24,9 @@ void VisionLines::add(const api::Snapshot& snapshot) {
   }
 }
 
-bool VisionLines::has(std::size_t robot, const std::string& line) const {
-  return robot < cameras_.size() && cameras_[robot].lines.contains(std::hash<std::string>()(line));
+bool VisionLines::has(const std::string& robot, const std::string& line) const {
+  const auto camera = cameras_.find(robot);
+  return camera != cameras_.end() && camera->second.lines.contains(std::hash<std::string>()(line));
 }
 
 }  // namespace aprsim::server::journal

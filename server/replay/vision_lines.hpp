@@ -2,10 +2,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <unordered_set>
-#include <vector>
 
 #include "world/api/snapshot/snapshot.hpp"
 
@@ -19,7 +19,7 @@ class VisionLines {
   void begin_late() { whole_ = false; }
 
   /// Whether the robot's camera has sent this line.
-  [[nodiscard]] bool has(std::size_t robot, const std::string& line) const;
+  [[nodiscard]] bool has(const std::string& robot, const std::string& line) const;
   /// Whether all lines of the run so far are known.
   [[nodiscard]] bool whole() const { return whole_; }
 
@@ -30,7 +30,7 @@ class VisionLines {
     std::unordered_set<std::size_t> lines;             ///< their digests
   };
 
-  std::vector<Camera> cameras_;
+  std::map<std::string, Camera> cameras_;  ///< by robot
   bool whole_ = true;
 };
 

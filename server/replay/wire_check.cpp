@@ -10,11 +10,15 @@ namespace aprsim::server::journal {
 WireCheck::WireCheck(const scene::Scene& scene,
                      const std::optional<modbus::ConveyorScaling>& scaling)
     : scaling_(scaling) {
-  for (std::size_t i = 0; i < scene.robots.size(); ++i) {
-    const scene::Robot& robot = scene.robots[i];
-    robots_[robot.name] = i;
+  learn(scene);
+}
+
+/// Connections of robots that have gone may be compared after that.
+void WireCheck::learn(const scene::Scene& scene) {
+  for (const scene::Robot& robot : scene.robots) {
+    controllers_.erase(robot.name);
     if (!robot.simple_message) continue;
-    controllers_[i] =
+    controllers_[robot.name] =
         robot.simple_message->controller == scene::SimpleMessageController::kMotomanFs100
             ? simple_message::ControllerKind::kMotomanFs100
             : simple_message::ControllerKind::kFanucKarel;
@@ -43,19 +47,17 @@ WireCheck::Connection& WireCheck::connection_of(const v1::JournalWire& wire) {
   connection = std::make_shared<Connection>();
   connection->name = wire.listener() + " to " + wire.peer();
   const auto dot = wire.listener().find('.');
-  const auto robot = robots_.find(wire.listener().substr(dot == std::string::npos ? 0 : dot + 1));
-  if (robot != robots_.end()) connection->robot = robot->second;
-  if (wire.kind() == v1::WIRE_KIND_CRCL && connection->robot) {
-    connection->crcl = std::make_shared<CrclReplies>(*connection->robot);
+  const std::string robot = wire.listener().substr(dot == std::string::npos ? 0 : dot + 1);
+  if (wire.kind() == v1::WIRE_KIND_VISION) connection->robot = robot;
+  if (wire.kind() == v1::WIRE_KIND_CRCL) {
+    connection->crcl = std::make_shared<CrclReplies>(robot);
   } else if ((wire.listener() == "modbus" || wire.listener() == "modbus_tls") && scaling_) {
     connection->modbus = std::make_shared<ModbusReplies>(conveyor_deviation(*scaling_));
   } else if (wire.kind() == v1::WIRE_KIND_MODBUS && dot != std::string::npos) {
     const std::string server = wire.listener().substr(dot + 1);
     connection->modbus = std::make_shared<ModbusReplies>(map_deviation(server));
-  } else if (wire.kind() == v1::WIRE_KIND_SIMPLE_MESSAGE && connection->robot &&
-             controllers_.contains(*connection->robot)) {
-    connection->states = std::make_shared<SimpleMessageStates>(*connection->robot,
-                                                               controllers_.at(*connection->robot));
+  } else if (wire.kind() == v1::WIRE_KIND_SIMPLE_MESSAGE && controllers_.contains(robot)) {
+    connection->states = std::make_shared<SimpleMessageStates>(robot, controllers_.at(robot));
   }
   return *connection;
 }
@@ -87,6 +89,10 @@ void WireCheck::process(const v1::JournalWire& wire, bool runs) {
 void WireCheck::observe(const world::World& world, world::RunTime time) {
   if (difference_) return;
   compare(false);
+  if (world.scene() != scene_) {
+    scene_ = world.scene();
+    learn(*scene_);
+  }
   world.write(now_);
   now_.epoch = time.epoch;
   if (!moments_.add(time, now_) && time.step > 0) vision_.begin_late();

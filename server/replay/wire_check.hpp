@@ -44,8 +44,8 @@ class WireCheck {
 
  private:
   struct Connection {
-    std::string name;  ///< listener and peer
-    std::optional<std::size_t> robot{};
+    std::string name;                    ///< listener and peer
+    std::optional<std::string> robot{};  ///< whose camera it is
     std::shared_ptr<CrclReplies> crcl{};
     std::shared_ptr<ModbusReplies> modbus{};
     std::shared_ptr<const SimpleMessageStates> states{};
@@ -61,6 +61,7 @@ class WireCheck {
     std::string line;
   };
 
+  void learn(const scene::Scene& scene);
   void process(const v1::JournalWire& wire, bool runs);
   [[nodiscard]] Connection& connection_of(const v1::JournalWire& wire);
   void compare(bool ended);
@@ -68,8 +69,8 @@ class WireCheck {
   void compare(const WaitingLine& line);
   void differs(world::RunTime time, const std::string& name, const std::string& what);
 
-  std::map<std::string, std::size_t> robots_;                          ///< by name
-  std::map<std::size_t, simple_message::ControllerKind> controllers_;  ///< by robot
+  std::shared_ptr<const scene::Scene> scene_;                          ///< of the latest moment
+  std::map<std::string, simple_message::ControllerKind> controllers_;  ///< by robot
   const std::optional<modbus::ConveyorScaling> scaling_;
   std::map<std::uint64_t, std::shared_ptr<Connection>> connections_;  ///< by number
   std::deque<Waiting> waiting_;

@@ -20,4 +20,11 @@ struct WireReply {
   std::function<Deviation(const api::Snapshot&)> deviation;
 };
 
+/// The deviation of a reply of a robot that the cell does not have then.
+[[nodiscard]] inline Deviation missing_robot(const std::string& robot) {
+  Deviation all;
+  all.word("robot " + robot, "there", "missing");
+  return all;
+}
+
 }  // namespace aprsim::server::journal

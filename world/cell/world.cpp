@@ -78,6 +78,13 @@ ArmModels load_models(const scene::Scene& scene) {
   return std::make_shared<const std::vector<robot::ArmModel>>(std::move(models));
 }
 
+ArmModels models_for(const scene::Scene& scene, const scene::Scene& known,
+                     const ArmModels& models) {
+  const bool same = std::ranges::equal(scene.robots, known.robots, {}, &scene::Robot::model_file,
+                                       &scene::Robot::model_file);
+  return same ? models : load_models(scene);
+}
+
 World::World(std::shared_ptr<const scene::Scene> scene, std::uint64_t seed,
              std::span<robot::PlanPrefetcher* const> prefetchers)
     : World(scene, load_models(*scene), seed, prefetchers) {}
@@ -466,6 +473,7 @@ void World::gather_intruders(std::span<const api::Intruder> of_faults) {
 WorldState World::save() const {
   WorldState state{.scene = scene_,
                    .base = base_,
+                   .models = models_,
                    .counts = counts_,
                    .seed = seed_,
                    .steps = steps_,

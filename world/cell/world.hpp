@@ -31,10 +31,12 @@
 
 namespace aprsim::world {
 
-/// The models of a scene's robots, in their order.
-using ArmModels = std::shared_ptr<const std::vector<robot::ArmModel>>;
-/// Reads them. Throws std::runtime_error naming the robot and cause.
+/// Reads the models of a scene's robots. Throws std::runtime_error naming the robot and cause.
 [[nodiscard]] ArmModels load_models(const scene::Scene& scene);
+/// The models of `scene`: those of `known`, which are `models`, where its robots have the same
+/// files, else read. Throws as load_models().
+[[nodiscard]] ArmModels models_for(const scene::Scene& scene, const scene::Scene& known,
+                                   const ArmModels& models);
 
 /// The simulated cell, without threads or clocks: commands in, fixed steps, state out. The same
 /// scene, seed and commands at the same steps give the same bits. Thread: one at a time.

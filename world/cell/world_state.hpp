@@ -20,6 +20,9 @@
 
 namespace aprsim::world {
 
+/// The models of a scene's robots, in their order.
+using ArmModels = std::shared_ptr<const std::vector<robot::ArmModel>>;
+
 /// The state of a world, as copyable values. Restored in a world of the same scene, it continues
 /// bit for bit like the original.
 struct WorldState {
@@ -27,6 +30,7 @@ struct WorldState {
 
   std::shared_ptr<const scene::Scene> scene;           ///< of the world
   std::shared_ptr<const scene::Scene> base;            ///< before changes; null = not changed
+  ArmModels models;                                    ///< of the world's robots
   std::shared_ptr<const archive::WorldCounts> counts;  ///< of the world; bounds of indices
   std::uint64_t seed = 0;
   std::uint64_t steps = 0;
@@ -70,8 +74,8 @@ struct WorldState {
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
-    auto& [scene, base, counts, seed, steps, robots, conveyor, photo_eyes, physics, vision, curtain,
-           intruder, faults, unintended_contacts, devices, apart] = self;
+    auto& [scene, base, models, counts, seed, steps, robots, conveyor, photo_eyes, physics, vision,
+           curtain, intruder, faults, unintended_contacts, devices, apart] = self;
     io(seed, steps, robots, conveyor, photo_eyes, physics, vision, curtain, intruder, faults,
        unintended_contacts, devices, apart);
   }

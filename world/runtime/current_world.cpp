@@ -6,24 +6,13 @@
 #include "world/cell/scene_editor.hpp"
 
 namespace aprsim::world {
-namespace {
-
-std::vector<std::unique_ptr<robot::PlanningThread>> start_planning_threads(std::size_t count) {
-  std::vector<std::unique_ptr<robot::PlanningThread>> threads(count);
-  for (auto& thread : threads) thread = std::make_unique<robot::PlanningThread>();
-  return threads;
-}
-
-}  // namespace
-
 CurrentWorld::CurrentWorld(std::shared_ptr<const scene::Scene> scene, std::uint64_t seed,
                            bool plans_ahead)
     : scene_at_start_(std::move(scene)),
       scene_(scene_at_start_),
       seed_(seed),
-      planning_threads_(start_planning_threads(plans_ahead ? scene_->robots.size() : 0)),
-      models_(load_models(*scene_)),
-      world_(build(scene_, seed)) {
+      plans_ahead_(plans_ahead),
+      world_(build(scene_, load_models(*scene_), seed)) {
   world_->watch_events();
 }
 
@@ -36,7 +25,8 @@ void CurrentWorld::reset(const api::Reset& wanted) {
   const auto scene = wanted.next ? scene_of(*wanted.next) : scene_;
   // Another scene has a seed of its own.
   const std::uint64_t seed = wanted.seed.value_or(wanted.next ? scene->seed : seed_);
-  auto fresh = build(scene, seed);
+  const ArmModels models = wanted.next ? models_of(*wanted.next) : world_->models();
+  auto fresh = build(scene, models, seed);
   if (scene != world_->scene()) ++revision_;
   replace(std::move(fresh));
   set_scene(scene);
@@ -52,7 +42,7 @@ Result<void> CurrentWorld::carry_out(api::Ticket ticket, const api::Command& com
 
 void CurrentWorld::restore(const WorldState& state) {
   if (state.scene && state.scene != world_->scene()) {
-    auto other = build(state.scene, state.seed);
+    auto other = build(state.scene, state.models, state.seed);
     ++revision_;
     replace(std::move(other));
   }
@@ -62,10 +52,13 @@ void CurrentWorld::restore(const WorldState& state) {
 }
 
 std::unique_ptr<World> CurrentWorld::build(const std::shared_ptr<const scene::Scene>& scene,
-                                           std::uint64_t seed) const {
+                                           const ArmModels& models, std::uint64_t seed) {
+  while (plans_ahead_ && planning_threads_.size() < models->size()) {
+    planning_threads_.push_back(std::make_unique<robot::PlanningThread>());
+  }
   std::vector<robot::PlanPrefetcher*> prefetchers;
   for (const auto& thread : planning_threads_) prefetchers.push_back(thread.get());
-  return std::make_unique<World>(scene, models_, seed, prefetchers);
+  return std::make_unique<World>(scene, models, seed, prefetchers);
 }
 
 void CurrentWorld::replace(std::unique_ptr<World> next) {

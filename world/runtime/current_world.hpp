@@ -39,7 +39,7 @@ class CurrentWorld {
 
  private:
   [[nodiscard]] std::unique_ptr<World> build(const std::shared_ptr<const scene::Scene>& scene,
-                                             std::uint64_t seed) const;
+                                             const ArmModels& models, std::uint64_t seed);
   void replace(std::unique_ptr<World> next);
   void set_scene(std::shared_ptr<const scene::Scene> scene);
 
@@ -48,9 +48,9 @@ class CurrentWorld {
   std::shared_ptr<const scene::Scene> scene_;
   std::uint64_t seed_;
   std::uint64_t revision_ = 0;  ///< of the cell's description
-  const std::vector<std::unique_ptr<robot::PlanningThread>>
-      planning_threads_;  ///< one a robot, or none
-  const ArmModels models_;
+  const bool plans_ahead_;
+  /// One for each robot of the scene with the most robots so far; they outlive its worlds.
+  std::vector<std::unique_ptr<robot::PlanningThread>> planning_threads_;
   std::unique_ptr<World> world_;
 };
 

@@ -16,7 +16,8 @@ using SteadyClock = std::chrono::steady_clock;
 }  // namespace
 
 Simulation::Simulation(std::shared_ptr<const scene::Scene> scene, SimulationOptions options)
-    : queue_(options.queue_capacity),
+    : admits_scene_(std::move(options.admits_scene)),
+      queue_(options.queue_capacity),
       core_(std::move(scene), options),
       scheduler_(
           {core_.world().step_size(), options.speed, std::move(options.virtual_time)},
@@ -43,12 +44,30 @@ void Simulation::stop() {
 }
 
 Result<api::Ticket> Simulation::submit(api::Command command) {
-  if (auto ok = check(command, latest()->cell); !ok) return tl::unexpected(ok.error());
+  if (!command.cell) command.cell = latest()->cell;
+  if (auto ok = check(command, command.cell); !ok) return tl::unexpected(ok.error());
   if (auto ok = admit_edit(command); !ok) return tl::unexpected(ok.error());
   if (auto ok = add_next_scene(command, core_.scene_at_start()); !ok) {
     return tl::unexpected(std::move(ok.error()));
   }
+  if (auto ok = admit_scene(command); !ok) return tl::unexpected(std::move(ok.error()));
   return queue_.push(std::move(command));
+}
+
+Result<void> Simulation::admit_scene(const api::Command& command) const {
+  const auto* simulation = std::get_if<api::SimulationCommand>(&command.body);
+  if (simulation == nullptr || !admits_scene_) return {};
+  if (const auto* reset = std::get_if<api::Reset>(simulation)) {
+    return reset->next ? admits_scene_(*scene_of(*reset->next)) : Result<void>();
+  }
+  const auto* load = std::get_if<api::LoadState>(simulation);
+  if (load == nullptr) return {};
+  api::StatePtr state = load->state;
+  const auto saved = latest()->saved_states;
+  for (std::size_t i = 0; saved && !state && i < saved->states.size(); ++i) {
+    if (saved->states[i].name == load->name) state = saved->states[i].state;
+  }
+  return state && state->scene ? admits_scene_(*state->scene) : Result<void>();
 }
 
 Result<void> Simulation::admit_edit(const api::Command& command) {

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -93,9 +94,12 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   void publish();
   void write_snapshot();
 
+  /// Asks for the scene that a command leads to. Thread: any.
+  [[nodiscard]] Result<void> admit_scene(const api::Command& command) const;
   /// Limits changes of a cell that goes by the wall clock. Thread: any.
   [[nodiscard]] Result<void> admit_edit(const api::Command& command);
 
+  const std::function<Result<void>(const scene::Scene&)> admits_scene_;
   std::mutex edits_mutex_;
   protocols::RateLimit edits_{api::kMaxEditsPerSecond, api::kMaxEditsAtOnce};
   CommandQueue queue_;

@@ -4,6 +4,7 @@
 #include <utility>
 #include <variant>
 
+#include "world/cell/commands/command_check.hpp"
 #include "world/faults/fault_check.hpp"
 
 namespace aprsim::world {
@@ -19,6 +20,11 @@ SimulationCore::SimulationCore(std::shared_ptr<const scene::Scene> scene,
 }
 
 Result<void> SimulationCore::execute(const QueuedCommand& queued) {
+  // Without effect, it is not recorded.
+  if (auto meant = check_addressee(queued.command, world_->description()); !meant) {
+    results_.record(queued.ticket, meant);
+    return meant;
+  }
   const RunTime before = run_time();
   // A command of the simulation may begin an epoch: in the record it comes before that.
   const bool records_first = std::holds_alternative<api::SimulationCommand>(queued.command.body);

@@ -2,10 +2,13 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 
+#include "world/base/result.hpp"
 #include "world/runtime/record/recorder.hpp"
 #include "world/runtime/time/virtual_clock.hpp"
+#include "world/scene/model/scene.hpp"
 
 namespace aprsim::world {
 
@@ -20,6 +23,9 @@ struct SimulationOptions {
   /// Motion plans are made ahead by one thread a robot; else by the stepping thread, with the same
   /// bits.
   bool plans_ahead = true;
+  /// Asked for the scene of a reset or of a saved state before the command is queued; an error
+  /// refuses it. Thread: that of the submission. Null = all are admitted.
+  std::function<Result<void>(const scene::Scene&)> admits_scene = {};
   /// Records the run; outlives the simulation. Null = no record.
   Recorder* recorder = nullptr;
 };

@@ -539,13 +539,27 @@ class Cell(Channel):
         scene_text: str | None = None,
     ) -> Receipt:
         """Build the cell again from its scene as it was loaded, with another `seed` if one is given; or
-        from another scene with the same robots: a shipped one by name, or the text of one. The next
-        command of a robot initialises it again."""
+        from another scene: a shipped one by name, or the text of one. The next command of a robot
+        initialises it again. Connections to robots that the other scene lacks, or has with another model
+        or at another place, end; `robot` connects to the new ones."""
         receipt = await self._run(calls.reset(seed, scene, scene_text))
+        await self._follow_robots()
         for robot in self._robots.values():
             robot.forget_session()
-        self.description = await self._run(calls.get_cell())
         return receipt
+
+    async def _follow_robots(self) -> None:
+        """Read the description again. If its robots are others, disconnect from those that have gone;
+        the next command of the rest initialises them."""
+        before, self.description = self.description, await self._run(calls.get_cell())
+        gone = calls.robots_gone(before, self.description)
+        if not gone and len(before.robots) == len(self.description.robots):
+            return
+        self.endpoints = self.endpoints.renewed()
+        for name in gone & self._robots.keys():
+            await self._robots.pop(name).close()
+        for robot in self._robots.values():
+            robot.forget_session()
 
     async def save(self, name: str) -> Receipt:
         """Save the state of the cell in the daemon, replacing a state of that name."""
@@ -553,7 +567,9 @@ class Cell(Channel):
 
     async def load(self, name: str) -> Receipt:
         """Continue from a saved state, bit for bit."""
-        return await self._run(calls.load_state(name))
+        receipt = await self._run(calls.load_state(name))
+        await self._follow_robots()
+        return receipt
 
     async def delete_state(self, name: str) -> Receipt:
         """Delete a saved state."""

@@ -159,6 +159,16 @@ def robot_named(cell: cell_pb2.CellDescription, name: str) -> cell_pb2.RobotDesc
     return robots[name]
 
 
+def robots_gone(before: cell_pb2.CellDescription, now: cell_pb2.CellDescription) -> set[str]:
+    """The robots that the cell lacks now, or has with another model or at another place in the scene."""
+    kept = {
+        old.name
+        for old, new in zip(before.robots, now.robots)
+        if (old.name, old.model, len(old.joints)) == (new.name, new.model, len(new.joints))
+    }
+    return {robot.name for robot in before.robots} - kept
+
+
 def get_snapshot(fields: Sequence[str], entities: Sequence[str] = ()) -> Call[Snapshot]:
     request = telemetry.GetSnapshotRequest(entities=arguments.texts("entities", entities))
     request.read_mask.paths.extend(_paths(fields))

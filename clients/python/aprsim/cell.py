@@ -205,13 +205,27 @@ class Cell(Channel, Closing):
         scene_text: str | None = None,
     ) -> Receipt:
         """Build the cell again from its scene as it was loaded, with another `seed` if one is given; or
-        from another scene with the same robots: a shipped one by name, or the text of one. The next
-        command of a robot initialises it again."""
+        from another scene: a shipped one by name, or the text of one. The next command of a robot
+        initialises it again. Connections to robots that the other scene lacks, or has with another model
+        or at another place, end; `robot` connects to the new ones."""
         receipt = self._run(calls.reset(seed, scene, scene_text))
+        self._follow_robots()
         for robot in self._robots.values():
             robot.forget_session()
-        self.description = self._run(calls.get_cell())
         return receipt
+
+    def _follow_robots(self) -> None:
+        """Read the description again. If its robots are others, disconnect from those that have gone;
+        the next command of the rest initialises them."""
+        before, self.description = self.description, self._run(calls.get_cell())
+        gone = calls.robots_gone(before, self.description)
+        if not gone and len(before.robots) == len(self.description.robots):
+            return
+        self.endpoints = self.endpoints.renewed()
+        for name in gone & self._robots.keys():
+            self._robots.pop(name).close()
+        for robot in self._robots.values():
+            robot.forget_session()
 
     def save(self, name: str) -> Receipt:
         """Save the state of the cell in the daemon, replacing a state of that name."""
@@ -219,7 +233,9 @@ class Cell(Channel, Closing):
 
     def load(self, name: str) -> Receipt:
         """Continue from a saved state, bit for bit."""
-        return self._run(calls.load_state(name))
+        receipt = self._run(calls.load_state(name))
+        self._follow_robots()
+        return receipt
 
     def delete_state(self, name: str) -> Receipt:
         """Delete a saved state."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from . import arguments
@@ -44,12 +44,25 @@ class Endpoints:
     """Token that is sent with every call; empty = none."""
     encryption: Encryption | None = None
     """None = gRPC is not encrypted."""
+    file: Path | None = None
+    """The ports file that they are from; None = they are from none."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "host", checked_host(self.host))
         arguments.whole("grpc_port", self.grpc, 1, 65535)
         for robot, port in self.crcl.items():
             arguments.whole(f"crcl_ports['{robot}']", port, 1, 65535)
+
+    def renewed(self) -> Endpoints:
+        """The same with the present ports of the file: other scenes have other robots. Host, gRPC and
+        credentials stay."""
+        if self.file is None:
+            return self
+        try:
+            found = read_ports_file(self.file)
+        except AprsimError:
+            return self  # the daemon has ended
+        return replace(self, crcl=found.crcl, ports=found.ports)
 
     def crcl_port(self, robot: str) -> int:
         """Raises AprsimError with the names there are."""
@@ -81,6 +94,7 @@ def read_ports_file(path: str | Path) -> Endpoints:
         grpc=port("grpc") if "grpc" in ports else Endpoints.grpc,
         crcl=robots,
         ports={key: port(key) for key in ports if key != "pid" and _is_port(ports[key])},
+        file=Path(path),
     )
 
 
@@ -111,6 +125,7 @@ def find_endpoints(
         grpc=found.grpc if grpc is None else grpc,
         crcl={**found.crcl, **(crcl or {})},
         ports=found.ports,
+        file=found.file,
         token=_read_token(token_file),
         encryption=_read_encryption(tls, ca, certificate, key),
     )

@@ -128,6 +128,7 @@ class World(Cell):
         self._native = _Native(self._library, native)
         Channel.__init__(self, Endpoints(), _Calls(self), "this process")
         self._begin()
+        self._kept = self.description
         self._view_arrays()
 
     def close(self) -> None:
@@ -165,10 +166,16 @@ class World(Cell):
     def keep(self) -> None:
         """Keep the present state for `go_back`, in place of the one of before."""
         self._check(self._library.aprsim_cell_keep(self._handle()))
+        self._kept = self.description
 
     def go_back(self) -> None:
         """Continue from the kept state, bit for bit, and `observe`."""
         self._check(self._library.aprsim_cell_return(self._handle()))
+        if self._kept is not self.description:
+            # A reset since may have brought other robots.
+            self._follow_robots()
+            self._kept = self.description
+            self._view_arrays()
         self._library.aprsim_cell_observe(self._handle())
 
     # -- Cell ---------------------------------------------------------------------------------

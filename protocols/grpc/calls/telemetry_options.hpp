@@ -3,8 +3,8 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
-#include <vector>
 
 #include "protocols/grpc/calls/transfer_limits.hpp"
 #include "protocols/net/listener_options.hpp"
@@ -46,9 +46,11 @@ struct TelemetryOptions {
   TransferLimits transfers;                         ///< of states
   api::SnapshotFeed* feed = nullptr;                ///< of every step; null = no such streams
   const api::EventSource* events = nullptr;         ///< of the cell; null = no such streams
-  std::vector<protocols::RobotPort*> robots = {};   ///< outlive the server
-  protocols::CameraPictures* cameras = nullptr;     ///< null = none; outlives the server
-  std::string instance_id;  ///< names this process to clients; empty = random
+  const protocols::RobotPorts* robots = nullptr;    ///< null = none; outlives the server
+  /// Whether the robots of a cell can be reached: a reset is confirmed then. Null = at once.
+  std::function<bool(const api::CellDescription&)> listens = {};
+  protocols::CameraPictures* cameras = nullptr;  ///< null = none; outlives the server
+  std::string instance_id;                       ///< names this process to clients; empty = random
   protocols::IncidentSource* incidents = nullptr;  ///< null = there are none; outlives the server
 };
 

@@ -20,6 +20,17 @@ constexpr std::chrono::nanoseconds kLongestWait = std::chrono::hours(1);
 /// An accepted stop is confirmed after this time, whether or not a step has shown its effect.
 constexpr std::chrono::milliseconds kStopDeadline{100};
 
+/// Time for the listeners of new robots to open before a reset is confirmed.
+constexpr std::chrono::seconds kListenerPatience{1};
+
+bool may_change_robots(const api::Command& command) {
+  const auto* simulation = std::get_if<api::SimulationCommand>(&command.body);
+  if (simulation == nullptr) return false;
+  const auto* reset = std::get_if<api::Reset>(simulation);
+  return std::holds_alternative<api::LoadState>(*simulation) ||
+         (reset != nullptr && !(reset->scene_name.empty() && reset->scene_text.empty()));
+}
+
 grpc::Status no_state_files() {
   return {grpc::StatusCode::FAILED_PRECONDITION,
           "state: this daemon does not export or import states"};
@@ -86,6 +97,7 @@ void ControlService::carry_out(grpc::CallbackServerContext* context, const Finis
                                protocols::CommandBody body, Fill fill) {
   api::Command command{options_.listener.endpoint, std::move(body)};
   const bool stop = api::is_stop(command);
+  const bool changes_scene = may_change_robots(command);
   const auto ticket = sink_.submit(std::move(command));
   if (!ticket) return finish(rpc_status(ticket.error()));
   CommandWaiter::Call call{context, finish, deadline(*context), {}, {}};
@@ -100,7 +112,25 @@ void ControlService::carry_out(grpc::CallbackServerContext* context, const Finis
     fill(snapshot, ticket);
     return grpc::Status::OK;
   };
+  if (changes_scene && options_.listens) await_listeners(call);
   waiter_.wait(std::move(call));
+}
+
+/// So that a client finds the ports of new robots open. They have a second for it.
+void ControlService::await_listeners(CommandWaiter::Call& call) const {
+  std::optional<grpc::Status> status;
+  std::chrono::steady_clock::time_point applied;
+  call.outcome = [this, outcome = std::move(call.outcome), status,
+                  applied](const api::Snapshot& snapshot) mutable -> std::optional<grpc::Status> {
+    const auto now = std::chrono::steady_clock::now();
+    if (!status) {
+      status = outcome(snapshot);
+      applied = now;
+    }
+    const bool over = status && (!status->ok() || options_.listens(*snapshot.cell) ||
+                                 now - applied >= kListenerPatience);
+    return over ? status : std::nullopt;
+  };
 }
 
 grpc::ServerUnaryReactor* ControlService::Pause(grpc::CallbackServerContext* context,

@@ -106,6 +106,7 @@ class ControlService final : public v1::ControlService::CallbackService {
                  protocols::CommandBody body, Fill fill);
 
  private:
+  void await_listeners(CommandWaiter::Call& call) const;
   static grpc::ServerUnaryReactor* refuse(grpc::CallbackServerContext* context, const Error& error);
   static grpc::ServerUnaryReactor* end(grpc::CallbackServerContext* context,
                                        const grpc::Status& status);

@@ -90,17 +90,19 @@ crcl::CommandInstance get_status() {
 
 }  // namespace
 
-RobotService::RobotService(std::vector<protocols::RobotPort*> ports, Refusal refusal)
-    : ports_(std::move(ports)), refusal_(std::move(refusal)) {}
+RobotService::RobotService(const protocols::RobotPorts* ports, Refusal refusal)
+    : ports_(ports), refusal_(std::move(refusal)) {}
 
 Result<std::shared_ptr<protocols::RobotSession>> RobotService::open(
     const crcl::v1::SessionOptions& asked, const crcl::v1::ConfigureStatusReport* report,
     const grpc::CallbackServerContext& context,
     std::shared_ptr<protocols::RobotClient> client) const {
-  const auto port = std::ranges::find(ports_, asked.robot(), &protocols::RobotPort::robot);
-  if (port == ports_.end()) {
+  const auto port = ports_ == nullptr ? nullptr : ports_->find(asked.robot());
+  if (!port) {
     std::string names;
-    for (const auto* known : ports_) names += (names.empty() ? "" : ", ") + known->robot();
+    if (ports_ != nullptr) {
+      for (const auto& known : ports_->names()) names += (names.empty() ? "" : ", ") + known;
+    }
     return fail(ErrorCode::kNotFound, "options.robot",
                 fmt::format("the cell has no robot '{}', it has: {}", asked.robot(), names));
   }
@@ -116,7 +118,7 @@ Result<std::shared_ptr<protocols::RobotSession>> RobotService::open(
         report->report_gripper_status(), report->report_settings_status(),
         report->report_sensors_status(), report->report_guards_status()};
   }
-  return (*port)->open(std::move(options), std::move(client));
+  return port->open(std::move(options), std::move(client));
 }
 
 grpc::ServerBidiReactor<crcl::v1::ConnectRequest, crcl::v1::ConnectResponse>* RobotService::Connect(

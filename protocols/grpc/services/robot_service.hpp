@@ -3,7 +3,6 @@
 #include <functional>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "aprsim/crcl/v1/robot_service.grpc.pb.h"
 #include "protocols/ports/robot_port.hpp"
@@ -18,8 +17,8 @@ class RobotService final : public crcl::v1::RobotService::CallbackService {
   /// The refusal of a caller; absent = it may command.
   using Refusal = std::function<std::optional<grpc::Status>(const grpc::CallbackServerContext&)>;
 
-  /// The ports outlive the service.
-  RobotService(std::vector<protocols::RobotPort*> ports, Refusal refusal);
+  /// The ports outlive the service; null = there are none.
+  RobotService(const protocols::RobotPorts* ports, Refusal refusal);
 
   grpc::ServerBidiReactor<crcl::v1::ConnectRequest, crcl::v1::ConnectResponse>* Connect(
       grpc::CallbackServerContext* context) override;
@@ -39,7 +38,7 @@ class RobotService final : public crcl::v1::RobotService::CallbackService {
       std::shared_ptr<protocols::RobotClient> client) const;
 
  private:
-  std::vector<protocols::RobotPort*> ports_;
+  const protocols::RobotPorts* ports_;
   Refusal refusal_;
 };
 

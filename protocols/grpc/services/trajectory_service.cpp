@@ -79,13 +79,15 @@ Result<SubmittedGoal> TrajectoryService::submit(const v1::FollowJointTrajectoryR
     }
   }
   const api::EndpointId endpoint = options_.listener.endpoint;
+  submitted.cell = now->cell;
   const auto ticket = sink_.submit(
-      {endpoint, api::TrajectoryCommand{*robot, action_of(*std::move(goal), request.open())}});
+      {endpoint, api::TrajectoryCommand{*robot, action_of(*std::move(goal), request.open())},
+       now->cell});
   if (!ticket) return tl::unexpected(ticket.error());
   submitted.ticket = *ticket;
-  submitted.cancel = [this, endpoint, robot = *robot, stream = *ticket] {
+  submitted.cancel = [this, endpoint, robot = *robot, stream = *ticket, cell = now->cell] {
     // A stop is taken even by a full queue; a closed one has no robot to stop.
-    (void)sink_.submit({endpoint, api::TrajectoryCommand{robot, api::ReleaseMotion{stream}}});
+    (void)sink_.submit({endpoint, api::TrajectoryCommand{robot, api::ReleaseMotion{stream}}, cell});
   };
   return submitted;
 }

@@ -6,6 +6,7 @@
 #include "protocols/grpc/calls/rpc_status.hpp"
 #include "protocols/messages/write_message.hpp"
 #include "protocols/ports/command_failure.hpp"
+#include "world/api/description/robot_identity.hpp"
 
 namespace aprsim::grpc_server {
 
@@ -38,7 +39,9 @@ void TrajectoryStream::look(const api::Snapshot& snapshot, Lock lock) {
   if (over_) return finish(grpc::Status::OK);
   if (snapshot.applied < goal_.ticket) return;
   const auto robot = static_cast<std::size_t>(goal_.robot);
-  if (robot >= snapshot.robots.size()) {
+  if (robot >= snapshot.robots.size() ||
+      (goal_.cell && goal_.cell != snapshot.cell &&
+       !api::same_robot(goal_.cell->robots[robot], snapshot.cell->robots[robot]))) {
     over_ = true;
     return finish({grpc::StatusCode::ABORTED, "the robot is not in the cell any more"});
   }

@@ -24,8 +24,9 @@ class TrajectoryHub;
 struct SubmittedGoal {
   api::Ticket ticket = 0;  ///< also the number of the stream
   int robot = 0;
-  std::vector<std::size_t> joints;  ///< of the robot, in the goal's order
-  SimTime feedback_period{};        ///< 0 = no feedback
+  std::shared_ptr<const api::CellDescription> cell;  ///< where the robot has this index
+  std::vector<std::size_t> joints;                   ///< of the robot, in the goal's order
+  SimTime feedback_period{};                         ///< 0 = no feedback
   /// Stops the robot's motion by this goal. Thread: any.
   std::function<void()> cancel;
 };

@@ -195,6 +195,10 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
       return send_live(request, live->second());
     }
     const Asset* asset = context_.assets->find(target.path);
+    if (!asset && context_.models) {
+      models_ = context_.models();
+      asset = models_->find(target.path);
+    }
     if (!asset) return refuse(http::status::not_found, "no such file", !request.keep_alive());
     send_asset(request, *asset, target.host);
   }
@@ -481,6 +485,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
   std::shared_ptr<const protocols::ClientCertificate> certificate_;
   std::string peer_;
   const HttpContext& context_;
+  std::shared_ptr<const AssetTable> models_;  // of the last response from it
   std::shared_ptr<Slot> slot_;
   protocols::RateLimit rate_;
   std::function<void()> on_end_;

@@ -30,6 +30,8 @@ struct LivePage {
 /// Everything that HTTP sessions share.
 struct HttpContext {
   std::shared_ptr<const AssetTable> assets;
+  /// Assets of the present robots, which change with the scene.
+  std::function<std::shared_ptr<const AssetTable>()> models;
   std::vector<std::string> hosts;   ///< names of this daemon besides numbers and localhost
   double max_requests_per_s = 200;  ///< per connection; above it, 429 and disconnection
   /// Reserves a slot for a viewer until the result is destroyed; null where none is free.

@@ -285,7 +285,7 @@ void Jogger::forgive_refusal(const api::Snapshot& snapshot) {
 }
 
 Result<void> Jogger::submit(const api::RobotAction& action) {
-  const auto ticket = sink_.submit({endpoint_, api::RobotCommand{robot_, action}});
+  const auto ticket = sink_.submit({endpoint_, api::RobotCommand{robot_, action}, cell_});
   if (!ticket) return tl::unexpected(ticket.error());
   if (first_ > ticket_) first_ = *ticket;
   ticket_ = *ticket;

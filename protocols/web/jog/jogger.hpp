@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -22,9 +23,15 @@ class Jogger {
   using Clock = std::chrono::steady_clock;
   using Viewer = std::uint64_t;
 
+  /// `cell`: where the robot has this index; null = in any. Other cells do not get its commands.
   Jogger(int robot, api::EndpointId endpoint, api::CommandSink& sink,
-         std::chrono::milliseconds timeout)
-      : robot_(robot), endpoint_(endpoint), sink_(sink), timeout_(timeout) {}
+         std::chrono::milliseconds timeout,
+         std::shared_ptr<const api::CellDescription> cell = nullptr)
+      : robot_(robot),
+        endpoint_(endpoint),
+        sink_(sink),
+        timeout_(timeout),
+        cell_(std::move(cell)) {}
 
   /// Begins, changes or continues a jog. Errors: kInvalidArgument (joint, axis, speed),
   /// kFailedPrecondition (not ready, jogged by another viewer), kUnreachable with the robot's
@@ -37,6 +44,8 @@ class Jogger {
                                   const api::Snapshot& snapshot);
   /// Stops the robot if this viewer jogs it.
   void release(Viewer viewer);
+  /// The robot has left the cell: ends the jog, and pending steps with the reason.
+  void abandon() { finish("the robot has left the cell"); }
   /// Handles timeouts, ended motions and commands of other clients. Call it often.
   void tick(const api::Snapshot& snapshot, Clock::time_point now);
 
@@ -97,6 +106,7 @@ class Jogger {
   api::EndpointId endpoint_;
   api::CommandSink& sink_;
   std::chrono::milliseconds timeout_;
+  std::shared_ptr<const api::CellDescription> cell_;
   std::optional<Jog> jog_;
   std::deque<Step> steps_;  // of jog_; the first is being executed
   std::vector<EndedStep> ended_;

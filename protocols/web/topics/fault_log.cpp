@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "protocols/net/limited_log.hpp"
+#include "world/api/description/robot_identity.hpp"
 
 namespace aprsim::web {
 namespace {
@@ -52,6 +53,7 @@ void FaultLog::update(const api::SnapshotPtr& now, const std::string& problem,
   const api::SnapshotPtr before = std::exchange(before_, now);
   now_ = {now->epoch, std::chrono::duration<double>(now->time).count(), wall};
   detect_epoch(*before, *now);
+  clear_gone(*before, *now);
   const int robots = static_cast<int>(std::min(before->robots.size(), now->robots.size()));
   for (int i = 0; i < robots; ++i) detect_robot(i, *before, *now, expected);
   detect_belt(*before, *now);
@@ -66,6 +68,16 @@ void FaultLog::detect_epoch(const api::Snapshot& before, const api::Snapshot& no
          "load " + *now.loaded_state});
   } else {
     add({FaultSeverity::kNote, "cell", "reset"});
+  }
+}
+
+/// A robot that has left the cell has no fault any more.
+void FaultLog::clear_gone(const api::Snapshot& before, const api::Snapshot& now) {
+  if (before.cell == now.cell || !before.cell || !now.cell) return;
+  for (const api::RobotDescription& robot : before.cell->robots) {
+    if (api::robot_named(*now.cell, robot.name)) continue;
+    clear(robot.name, FaultSeverity::kStop);
+    clear(robot.name, FaultSeverity::kError);
   }
 }
 

@@ -64,6 +64,7 @@ class FaultLog {
   void add(Seen seen);
   void clear(const std::string& source, FaultSeverity severity);
   void detect_epoch(const api::Snapshot& before, const api::Snapshot& now);
+  void clear_gone(const api::Snapshot& before, const api::Snapshot& now);
   void detect_robot(int index, const api::Snapshot& before, const api::Snapshot& now,
                     const Expected& expected);
   void detect_belt(const api::Snapshot& before, const api::Snapshot& now);

@@ -69,8 +69,9 @@ void DraftRequests::write(const Answer& answer, v1::SceneDraft& message) const {
     out.set_body(static_cast<std::uint32_t>(reach.body));
     for (const std::size_t slot : reach.slots) out.add_slots(static_cast<std::uint32_t>(slot));
   }
+  const RobotModels models = options_.models();
   for (const SceneDraft::Model& model : answer.draft->models) {
-    const bool known = std::ranges::any_of(options_.models, [&model](const auto& present) {
+    const bool known = std::ranges::any_of(models, [&model](const auto& present) {
       return present.first == model.robot && present.second == model.file;
     });
     if (known) continue;

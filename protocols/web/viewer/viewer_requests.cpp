@@ -1,5 +1,6 @@
 #include "protocols/web/viewer/viewer_requests.hpp"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -12,6 +13,7 @@
 #include "protocols/web/topics/topic_table.hpp"
 #include "protocols/web/viewer/request_record.hpp"
 #include "protocols/web/viewer/viewer_command.hpp"
+#include "world/api/description/robot_identity.hpp"
 
 namespace aprsim::web {
 namespace {
@@ -59,10 +61,34 @@ ViewerRequests::ViewerRequests(Context context, Events events)
       past_(context.options, context.instance_id),
       previews_(context.options.previews),
       drafts_(context.options, context.instance_id) {
-  const auto robots = static_cast<int>(context_.source.latest()->cell->robots.size());
-  for (int robot = 0; robot < robots; ++robot) {
+  follow_robots(context_.source.latest()->cell);
+}
+
+/// Jogs end where a reset has brought other robots.
+void ViewerRequests::follow_robots(const std::shared_ptr<const api::CellDescription>& cell) {
+  if (cell == cell_) return;
+  const bool same =
+      cell_ && std::ranges::equal(cell->robots, cell_->robots, [](const auto& a, const auto& b) {
+        return api::same_robot(a, b);
+      });
+  cell_ = cell;
+  if (same) return;
+  for (Jogger& jogger : joggers_) {
+    jogger.abandon();
+    answer_steps(jogger);
+  }
+  joggers_.clear();
+  for (int robot = 0; robot < static_cast<int>(cell->robots.size()); ++robot) {
     joggers_.emplace_back(robot, context_.options.listener.endpoint, context_.sink,
-                          context_.options.jog_timeout);
+                          context_.options.jog_timeout, cell);
+  }
+}
+
+void ViewerRequests::answer_steps(Jogger& jogger) {
+  for (const auto& step : jogger.take_ended()) {
+    if (const auto viewer = context_.viewers.find(step.viewer)) {
+      send_outcome(*viewer, step.id, step.outcome);
+    }
   }
 }
 
@@ -112,13 +138,14 @@ Result<void> ViewerRequests::command(Viewer& viewer, const v1::ViewerRequest& re
 }
 
 Result<void> ViewerRequests::command_world(const Viewer& viewer, const v1::ViewerRequest& request) {
-  const auto commands = commands_of(request, *context_.source.latest());
+  const api::SnapshotPtr now = context_.source.latest();
+  const auto commands = commands_of(request, *now);
   if (!commands) return fail(ErrorCode::kUnimplemented, "body", "unknown request");
   if (!*commands) return tl::unexpected(commands->error());
   // Submit all even after an error, so that a stop of the cell stops as much as possible.
   Result<void> done;
   for (const auto& body : **commands) {
-    const auto ticket = context_.sink.submit({context_.options.listener.endpoint, body});
+    const auto ticket = context_.sink.submit({context_.options.listener.endpoint, body, now->cell});
     if (!ticket && done) done = tl::unexpected(ticket.error());
     if (ticket && is_awaited(request)) {
       awaited_.push_back({viewer.id(), request.id(), *ticket, Clock::now()});
@@ -159,24 +186,22 @@ Result<void> ViewerRequests::write_register(const v1::WriteRegister& write) {
 
 Result<void> ViewerRequests::jog(const Viewer& viewer, const v1::ViewerRequest& request) {
   const v1::JogRequest& jog = request.jog();
+  const api::SnapshotPtr snapshot = context_.source.latest();
+  follow_robots(snapshot->cell);
   if (jog.robot() >= joggers_.size()) {
     return fail(ErrorCode::kNotFound, "robot",
                 fmt::format("{} is not below {}", jog.robot(), joggers_.size()));
   }
-  const api::SnapshotPtr snapshot = context_.source.latest();
   Jogger& jogger = joggers_[jog.robot()];
   if (jog.step() != 0) return jogger.step(viewer.id(), request.id(), jog, *snapshot);
   return jogger.renew(viewer.id(), jog, *snapshot, Clock::now());
 }
 
 void ViewerRequests::tick_jogs(const api::Snapshot& snapshot, Clock::time_point now) {
+  follow_robots(snapshot.cell);
   for (Jogger& jogger : joggers_) {
     jogger.tick(snapshot, now);
-    for (const auto& step : jogger.take_ended()) {
-      if (const auto viewer = context_.viewers.find(step.viewer)) {
-        send_outcome(*viewer, step.id, step.outcome);
-      }
-    }
+    answer_steps(jogger);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -48,7 +49,8 @@ class ViewerRequests {
   void answer_waiting(const api::Snapshot& snapshot);
   /// Whether this command was sent by a jog.
   [[nodiscard]] bool sent_by_jog(int robot, api::Ticket ticket) const {
-    return joggers_[static_cast<std::size_t>(robot)].sent(ticket);
+    const auto index = static_cast<std::size_t>(robot);
+    return index < joggers_.size() && joggers_[index].sent(ticket);
   }
   /// Ends the viewer's jogs.
   void release_jogs(const Viewer& viewer);
@@ -70,6 +72,8 @@ class ViewerRequests {
   [[nodiscard]] Result<void> command_world(const Viewer& viewer, const v1::ViewerRequest& request);
   [[nodiscard]] Result<void> command_programs(const v1::ViewerRequest& request);
   [[nodiscard]] Result<void> write_register(const v1::WriteRegister& write);
+  void follow_robots(const std::shared_ptr<const api::CellDescription>& cell);
+  void answer_steps(Jogger& jogger);
   [[nodiscard]] Result<void> jog(const Viewer& viewer, const v1::ViewerRequest& request);
   void answer_awaited(const api::Snapshot& snapshot);
   void answer_past(const PastRequests::Answer& answer);
@@ -80,7 +84,8 @@ class ViewerRequests {
 
   Context context_;
   Events events_;
-  std::vector<Jogger> joggers_;  // by robot
+  std::vector<Jogger> joggers_;                       // by robot
+  std::shared_ptr<const api::CellDescription> cell_;  // that they know
   std::vector<Awaited> awaited_;
   PastRequests past_;
   PreviewRequests previews_;

@@ -38,6 +38,9 @@ struct WebServerStats {
   api::DurationHistogram::Counts answer_times;
 };
 
+/// Robot name, description file.
+using RobotModels = std::vector<std::pair<std::string, std::string>>;
+
 struct WebServerOptions {
   /// A rejected connection gets status 503 and a page with the reason.
   protocols::ListenerOptions listener{
@@ -50,7 +53,8 @@ struct WebServerOptions {
   std::vector<std::string> hosts;  ///< accepted host names besides addresses and localhost
   std::string assets;              ///< directory of the page's files
   std::string documents;           ///< directory of the site under /docs; may be missing
-  std::vector<std::pair<std::string, std::string>> models;  ///< robot name, description file
+  /// Names and description files of the present robots; called on the server's thread.
+  std::function<RobotModels()> models = [] { return RobotModels(); };
   /// Shapes of a described cell; called once a scene. Thread: the web server's.
   std::function<VisualDescription(const api::CellDescription&)> visual;
   std::string version;

@@ -345,8 +345,6 @@ class CellTest(WithCell):
         self.cell.step(100)
         self.cell.reset(scene_text=text)
         self.assertEqual(self.cell.description.scene, "sent")
-        with self.assertRaisesRegex(Refused, "has other robots"):
-            self.cell.reset(scene="fanuc_only")
         with self.assertRaisesRegex(Refused, "expected one of"):
             self.cell.reset(scene="nothing")
         self.cell.reset(scene="aprs")

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <variant>
 
@@ -25,11 +26,16 @@ struct SetIntruder {
   std::optional<Intruder> intruder;
 };
 
+struct CellDescription;
+
 struct Command {
   EndpointId endpoint = 0;
   std::variant<RobotCommand, ConveyorCommand, SetIntruder, FaultCommand, SimulationCommand,
                SceneCommand, TrajectoryCommand, SetSignals>
       body;
+  /// The description that a robot's index was taken from. Where another scene has another robot at
+  /// that index, the command fails. Null = the one at submission.
+  std::shared_ptr<const CellDescription> cell{};
 };
 
 }  // namespace aprsim::api

@@ -115,6 +115,6 @@ APRSIM_ALTERNATIVES(decltype(Command::body), "command", ALTERNATIVE(RobotCommand
                     INLINED_ALTERNATIVE(FaultCommand), ALTERNATIVE(SimulationCommand, simulation),
                     INLINED_ALTERNATIVE(SceneCommand), ALTERNATIVE(TrajectoryCommand, trajectory),
                     ALTERNATIVE(SetSignals, set_signals))
-APRSIM_FIELDS(Command, FIELD(endpoint), INLINED(body))
+APRSIM_FIELDS(Command, FIELD(endpoint), INLINED(body), NOWHERE(cell))
 
 }  // namespace aprsim::api

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <string>
 
+#include "world/api/description/robot_identity.hpp"
 #include "world/base/utf8.hpp"
 #include "world/devices/input_check.hpp"
 #include "world/faults/fault_check.hpp"
@@ -442,6 +443,20 @@ Result<void> check_body(api::SimulationCommand& command, const CellNames& cell) 
 
 Result<void> check(api::Command& command, const CellNames& cell) {
   return std::visit([&](auto& body) { return check_body(body, cell); }, command.body);
+}
+
+Result<void> check_addressee(const api::Command& command, const CellNames& now) {
+  int index = -1;
+  if (const auto* robot = std::get_if<api::RobotCommand>(&command.body)) index = robot->robot;
+  if (const auto* motion = std::get_if<api::TrajectoryCommand>(&command.body)) {
+    index = motion->robot;
+  }
+  if (index < 0 || !command.cell || command.cell == now) return {};
+  const auto place = static_cast<std::size_t>(index);
+  const api::RobotDescription& meant = command.cell->robots.at(place);
+  if (place < now->robots.size() && api::same_robot(meant, now->robots[place])) return {};
+  return fail(ErrorCode::kUnavailable, "robot",
+              "the robot " + meant.name + " has left the cell, or its place in the scene");
 }
 
 }  // namespace aprsim::world

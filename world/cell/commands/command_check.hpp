@@ -14,4 +14,9 @@ namespace aprsim::world {
 [[nodiscard]] Result<void> check(api::Command& command,
                                  const std::shared_ptr<const api::CellDescription>& cell);
 
+/// Checks that a command still concerns the robot that it was meant for, in the cell as it is when
+/// the command takes effect. Error: kUnavailable, the robot has left the cell.
+[[nodiscard]] Result<void> check_addressee(const api::Command& command,
+                                           const std::shared_ptr<const api::CellDescription>& now);
+
 }  // namespace aprsim::world

@@ -1,10 +1,11 @@
 #include "world/cell/commands/next_scene.hpp"
 
+#include <exception>
 #include <filesystem>
 #include <string>
 #include <utility>
-#include <vector>
 
+#include "world/cell/world.hpp"
 #include "world/devices/device_group.hpp"
 #include "world/scene/scene_loader.hpp"
 
@@ -15,36 +16,20 @@ namespace fs = std::filesystem;
 
 class ReadScene final : public api::NextScene {
  public:
-  ReadScene(scene::Scene scene, std::string text)
-      : scene_(std::make_shared<const scene::Scene>(std::move(scene))), text_(std::move(text)) {}
+  ReadScene(scene::Scene scene, ArmModels models, std::string text)
+      : scene_(std::make_shared<const scene::Scene>(std::move(scene))),
+        models_(std::move(models)),
+        text_(std::move(text)) {}
   [[nodiscard]] const std::string& text() const override { return text_; }
   [[nodiscard]] const std::string& name() const override { return scene_->name; }
   [[nodiscard]] const std::shared_ptr<const scene::Scene>& scene() const { return scene_; }
+  [[nodiscard]] const ArmModels& models() const { return models_; }
 
  private:
   std::shared_ptr<const scene::Scene> scene_;
+  ArmModels models_;
   std::string text_;
 };
-
-std::string file_name(const std::string& path) { return fs::path(path).filename().string(); }
-
-std::string robots_of(const scene::Scene& scene) {
-  std::string out;
-  for (const auto& robot : scene.robots) {
-    out += (out.empty() ? "" : ", ") + robot.name + " (" + file_name(robot.model_file) + ")";
-  }
-  return out.empty() ? "none" : out;
-}
-
-Result<void> same_robots(const scene::Scene& next, const scene::Scene& present) {
-  if (robots_of(next) == robots_of(present)) return {};
-  return fail(ErrorCode::kFailedPrecondition, "scene",
-              "scene " + next.name +
-                  " has other robots than this cell, whose listeners belong to "
-                  "them: " +
-                  robots_of(next) + "; here are: " + robots_of(present) +
-                  ". Start a daemon of its own with it");
-}
 
 }  // namespace
 
@@ -65,7 +50,6 @@ Result<std::shared_ptr<const api::NextScene>> read_next_scene(const api::Reset& 
                    : scene::load_scene(reset.scene_name, paths);
   if (!scene) return tl::unexpected(std::move(scene.error()));
   const std::string source = reset.scene_name.empty() ? "scene text" : scene->name;
-  if (auto ok = same_robots(*scene, present); !ok) return tl::unexpected(ok.error());
   if (scene->physics.step_s != present.physics.step_s) {
     return fail(ErrorCode::kFailedPrecondition, "scene",
                 "scene " + scene->name + " has a step of " + std::to_string(scene->physics.step_s) +
@@ -76,7 +60,13 @@ Result<std::shared_ptr<const api::NextScene>> read_next_scene(const api::Reset& 
   // Model files by name alone, so that the text can be read on other machines.
   auto text = scene::portable_text(scene->text, scene->file);
   if (!text) return tl::unexpected(std::move(text.error()));
-  return std::make_shared<const ReadScene>(*std::move(scene), *std::move(text));
+  try {
+    ArmModels models = load_models(*scene);
+    return std::make_shared<const ReadScene>(*std::move(scene), std::move(models),
+                                             *std::move(text));
+  } catch (const std::exception& failure) {
+    return fail(ErrorCode::kFailedPrecondition, "scene", "scene " + source + ": " + failure.what());
+  }
 }
 
 Result<void> add_next_scene(api::Command& command, const scene::Scene& present) {
@@ -91,6 +81,10 @@ Result<void> add_next_scene(api::Command& command, const scene::Scene& present) 
 
 std::shared_ptr<const scene::Scene> scene_of(const api::NextScene& next) {
   return dynamic_cast<const ReadScene&>(next).scene();
+}
+
+const ArmModels& models_of(const api::NextScene& next) {
+  return dynamic_cast<const ReadScene&>(next).models();
 }
 
 }  // namespace aprsim::world

@@ -4,14 +4,15 @@
 
 #include "world/api/commands/command.hpp"
 #include "world/base/result.hpp"
+#include "world/cell/world_state.hpp"
 #include "world/scene/model/scene.hpp"
 
 namespace aprsim::world {
 
 /// Reads the scene that a reset names or carries as text, and checks it like a scene file.
-/// Precondition: the reset has one of both. Listeners belong to robots, so the scene must have the
-/// robots of `present`, with the same models and names, in the same order. Errors: the cause for
-/// which the scene cannot be used. Thread: any.
+/// Precondition: the reset has one of both. `present`: the scene of the start, whose files a text
+/// may name, and whose step stays. Errors: the cause for which the scene cannot be used. Thread:
+/// any.
 [[nodiscard]] Result<std::shared_ptr<const api::NextScene>> read_next_scene(
     const api::Reset& reset, const scene::Scene& present);
 
@@ -19,7 +20,8 @@ namespace aprsim::world {
 /// are left as they are. Errors: as of read_next_scene(). Thread: any.
 [[nodiscard]] Result<void> add_next_scene(api::Command& command, const scene::Scene& present);
 
-/// The scene that read_next_scene() has read.
+/// The scene that read_next_scene() has read, and the models of its robots.
 [[nodiscard]] std::shared_ptr<const scene::Scene> scene_of(const api::NextScene& next);
+[[nodiscard]] const ArmModels& models_of(const api::NextScene& next);
 
 }  // namespace aprsim::world

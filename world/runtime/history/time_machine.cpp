@@ -173,7 +173,7 @@ void TimeMachine::begin_at(const PastCourse& course, api::Moment moment) {
 void TimeMachine::put(api::Moment moment, const WorldState& state) {
   at_.reset();
   if (state.scene && state.scene != world_->scene()) {
-    world_ = std::make_unique<World>(state.scene, world_->models(), state.seed,
+    world_ = std::make_unique<World>(state.scene, state.models, state.seed,
                                      std::span<robot::PlanPrefetcher* const>());
     world_->watch_events();
   }

@@ -102,6 +102,8 @@ bool VirtualClock::published(const api::Snapshot& snapshot, WallTime now) {
   const std::lock_guard lock(mutex_);
   publishing_ = false;
   for (auto& [id, feed] : feeds_) {
+    // Its listener closes where a reset has removed the robot.
+    if (static_cast<std::size_t>(feed.robot) >= snapshot.robots.size()) continue;
     const auto& frame = snapshot.robots[static_cast<std::size_t>(feed.robot)].vision;
     if (frame.number == feed.number && snapshot.epoch == feed.epoch) continue;
     feed.number = frame.number;

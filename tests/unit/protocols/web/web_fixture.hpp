@@ -24,7 +24,9 @@ class WebFixture : public ::testing::Test {
     write("arm.urdf", "<robot name=\"arm\"/>");
     options.listener.port = 0;
     options.assets = directory_.path() + "/web";
-    options.models = {{"fanuc", directory_.path() + "/arm.urdf"}};
+    options.models = [file = directory_.path() + "/arm.urdf"] {
+      return web::RobotModels{{"fanuc", file}};
+    };
     options.version = "1.2.3";
     options.listener.endpoint = 7;
     options.crcl_tap = &crcl_tap;

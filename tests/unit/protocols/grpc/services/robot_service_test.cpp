@@ -19,6 +19,22 @@ namespace pb = crcl::v1;
 
 constexpr api::EndpointId kCrclEndpoint = 16;
 
+/// The ports of a cell with one robot.
+class OnePort final : public protocols::RobotPorts {
+ public:
+  void set(std::shared_ptr<protocols::RobotPort> port) { port_ = std::move(port); }
+  [[nodiscard]] std::shared_ptr<protocols::RobotPort> find(
+      const std::string& robot) const override {
+    return port_ && port_->robot() == robot ? port_ : nullptr;
+  }
+  [[nodiscard]] std::vector<std::string> names() const override {
+    return port_ ? std::vector{port_->robot()} : std::vector<std::string>();
+  }
+
+ private:
+  std::shared_ptr<protocols::RobotPort> port_;
+};
+
 class RobotService : public TelemetryFixture {
  protected:
   void SetUp() override { start_robots({}); }
@@ -32,14 +48,16 @@ class RobotService : public TelemetryFixture {
                     crcl_server::CrclServerOptions own = {}) {
     if (server_) server_->stop();
     server_.reset();
+    ports_.set(nullptr);
     robot_.reset();
     cell_ = std::make_unique<FakeCell>();
     own.listener.port = 0;
     own.listener.endpoint = kCrclEndpoint;
-    robot_ = std::make_unique<crcl_server::CrclServer>(own, *cell_, *cell_);
+    robot_ = std::make_shared<crcl_server::CrclServer>(own, *cell_, *cell_);
     ASSERT_TRUE(robot_->start());
     options.listener.port = 0;
-    options.robots = {robot_.get()};
+    ports_.set(robot_);
+    options.robots = &ports_;
     server_ = std::make_unique<grpc_server::TelemetryServer>(options, *cell_, *cell_);
     const auto port = server_->start();
     ASSERT_TRUE(port) << port.error().message;
@@ -118,7 +136,8 @@ class RobotService : public TelemetryFixture {
     return response.status();
   }
 
-  std::unique_ptr<crcl_server::CrclServer> robot_;
+  std::shared_ptr<crcl_server::CrclServer> robot_;
+  OnePort ports_;
   std::unique_ptr<pb::RobotService::Stub> stub_;
 };
 
