@@ -9,8 +9,6 @@ import {SceneText, type Path, type Value} from './scene_text';
 import {findByName, placeOf, thingsOf, withPlace, type Place, type Thing} from './things';
 
 const kOverlap = / deep in /;
-const kNotApplied =
-  'The running cell keeps its robots, whose ports belong to them. Save the scene, and start a daemon with it.';
 
 export class SceneEditor {
   readonly changed = new Signal<void>();
@@ -103,15 +101,10 @@ export class SceneEditor {
   /** Resets the cell to the draft. */
   async apply(): Promise<boolean> {
     return this.run(async () => {
-      try {
-        await this.state.connection.request(
-          {case: 'reset', value: {scene: {case: 'sceneText', value: this.text}}},
-          120000
-        );
-      } catch (problem) {
-        const {message} = problem as Error;
-        throw /has other robots than this cell/.test(message) ? new Error(kNotApplied) : problem;
-      }
+      await this.state.connection.request(
+        {case: 'reset', value: {scene: {case: 'sceneText', value: this.text}}},
+        120000
+      );
       this.applied = this.text;
     });
   }

@@ -110,10 +110,6 @@ class Player {
     );
     document.documentElement.dataset.theme = 'dark';
     this.view.setTheme(true);
-    const models = new Map(
-      header.models.map((file) => [file.name, new TextDecoder().decode(file.content)])
-    );
-    setModelSource((robot) => Promise.resolve(models.get(robot) ?? ''));
     this.turnTo(header);
     addEventListener('keydown', (event) => this.press(event));
     this.seek(this.begin_s);
@@ -147,6 +143,10 @@ class Player {
   /** Switches to a scene. */
   private turnTo(scene: MotionHeader): void {
     this.scene = scene;
+    const models = new Map(
+      scene.models.map((file) => [file.name, new TextDecoder().decode(file.content)])
+    );
+    setModelSource((robot) => Promise.resolve(models.get(robot) ?? ''));
     for (const state of [this.state, this.charted]) {
       state.connection.onUpdate({body: {case: 'appearance', value: scene.appearance!}} as never);
       state.connection.onUpdate({body: {case: 'cell', value: scene.cell!}} as never);

@@ -64,7 +64,7 @@ export async function readRecording(base64: string): Promise<Recording> {
     latest_s = base_s + now_s;
     if (header) moments.push({time_s: latest_s, header, snapshot: record.value});
   }
-  header = moments[0]?.header ?? null; // with the models
+  header = moments[0]?.header ?? null;
   if (!header || moments.length === 0) throw new Error('the page has no recording');
   return {header, moments};
 }
