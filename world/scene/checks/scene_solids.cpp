@@ -117,10 +117,16 @@ constexpr double kInPocket = 1e-4;  // [m] that a piece may overlap the pocket's
 bool is_in_pocket(const Eigen::Vector3d& p, const Slot& slot) {
   const Pocket& pocket = slot.pocket;
   const double depth = -p.z();
+  if (depth > pocket.depth_m + kInPocket) return false;
+  const double chamfer =
+      std::max(0.0, pocket.chamfer_m - depth) * std::tan(pocket.chamfer_angle_rad);
+  if (pocket.outline) {
+    const Eigen::Vector2d p_S = Eigen::Rotation2Dd(-slot.yaw_rad) * (p.head<2>() - slot.xy);
+    return pocket.outline->depth_of(p_S) >= -chamfer - kInPocket;
+  }
   double wall = pocket.top_radius_m + (pocket.floor_radius_m - pocket.top_radius_m) *
                                           std::clamp(depth / pocket.depth_m, 0.0, 1.0);
-  wall += std::max(0.0, pocket.chamfer_m - depth) * std::tan(pocket.chamfer_angle_rad);
-  return depth <= pocket.depth_m + kInPocket && (p.head<2>() - slot.xy).norm() <= wall + kInPocket;
+  return (p.head<2>() - slot.xy).norm() <= wall + chamfer + kInPocket;
 }
 
 }  // namespace

@@ -2,70 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include "world/scene/checks/millimetres.hpp"
+#include "world/scene/checks/pocket_checks.hpp"
 
 namespace aprsim::scene {
-namespace {
-
-std::string mm(double metres) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g mm", metres * 1e3);
-  return text;
-}
-
-/// Radius of the pocket's opening in the top face.
-double mouth_radius(const Pocket& pocket) {
-  return pocket.top_radius_m + pocket.chamfer_m * std::tan(pocket.chamfer_angle_rad);
-}
-
-/// Radius of the pocket's wall at a depth below the top face, the chamfer left out.
-double wall_radius(const Pocket& pocket, double depth) {
-  return pocket.top_radius_m +
-         (pocket.floor_radius_m - pocket.top_radius_m) * std::min(depth / pocket.depth_m, 1.0);
-}
-
-/// Distance of a point from the nearest edge of the slab.
-double to_edge(const TrayType& type, const Eigen::Vector2d& p) {
-  if (type.outline) return type.outline->depth_of(p);
-  return std::min((p - type.min_xy).minCoeff(), (type.max_xy - p).minCoeff());
-}
-
-void check_pocket_in_slab(const yaml::Node& node, const TrayType& type, const Slot& slot) {
-  if (slot.pocket.depth_m >= type.thickness_m) {
-    node.error("slot " + slot.name + " with a pocket " + mm(slot.pocket.depth_m) + " deep",
-               "less than the tray's thickness of " + mm(type.thickness_m));
-  }
-  const double edge = to_edge(type, slot.xy);
-  const double mouth = mouth_radius(slot.pocket);
-  if (mouth >= edge) {
-    node.error("slot " + slot.name + " with a mouth radius of " + mm(mouth),
-               "less than the " + mm(edge) + " from its centre to the tray's edge");
-  }
-}
-
-void check_gear_in_pocket(const yaml::Node& node, const Slot& slot, const GearType& gear) {
-  const std::string what = "slot " + slot.name + " of gear type " + gear.name + " with a ";
-  if (gear.hub_height_m > slot.pocket.depth_m) {
-    node.error(what + "hub " + mm(gear.hub_height_m) + " high",
-               "at most the pocket's depth of " + mm(slot.pocket.depth_m));
-  }
-  const double low = wall_radius(slot.pocket, gear.hub_height_m);
-  if (gear.hub_top_radius_m > slot.pocket.top_radius_m) {
-    node.error(what + "hub radius of " + mm(gear.hub_top_radius_m) + " at the disc",
-               "at most the pocket's " + mm(slot.pocket.top_radius_m));
-  }
-  if (gear.hub_bottom_radius_m > low) {
-    node.error(what + "hub radius of " + mm(gear.hub_bottom_radius_m) + " at its lower end",
-               "at most the pocket's " + mm(low) + " there");
-  }
-  if (gear.disc_radius_m <= mouth_radius(slot.pocket)) {
-    node.error(what + "disc radius of " + mm(gear.disc_radius_m),
-               "more than the mouth radius of " + mm(mouth_radius(slot.pocket)) +
-                   ", so that the disc rests on the tray");
-  }
-}
-
-}  // namespace
 
 void check_gear_type(const yaml::Node& node, const GearType& type) {
   if (type.hub_bottom_radius_m > type.hub_top_radius_m) {
@@ -145,13 +86,7 @@ void check_tray_type(const std::vector<yaml::Node>& slot_nodes, const TrayType& 
     const auto gear = gears.find(slot.gear_type);
     if (gear != gears.end()) check_gear_in_pocket(node, slot, gear->second);
     for (std::size_t j = 0; j < i; ++j) {
-      const Slot& other = type.slots[j];
-      const double apart = (slot.xy - other.xy).norm();
-      const double needed = mouth_radius(slot.pocket) + mouth_radius(other.pocket);
-      if (apart <= needed) {
-        node.error("slots " + other.name + " and " + slot.name + " " + mm(apart) + " apart",
-                   "more than the sum of their mouth radii, " + mm(needed));
-      }
+      check_pockets_apart(node, type.slots[j], slot);
     }
   }
 }

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 
 namespace aprsim::scene {
 
@@ -35,6 +35,27 @@ struct Outline {
     outline.normals.push_back(Eigen::Vector2d(side.y(), -side.x()).normalized());
   }
   return outline;
+}
+
+/// The outline turned by `yaw_rad` about its origin, which comes to `xy`.
+[[nodiscard]] inline Outline placed(const Outline& outline, const Eigen::Vector2d& xy,
+                                    double yaw_rad) {
+  const Eigen::Rotation2Dd turn(yaw_rad);
+  Outline out;
+  for (const Eigen::Vector2d& corner : outline.corners) out.corners.push_back(xy + turn * corner);
+  for (const Eigen::Vector2d& normal : outline.normals) out.normals.push_back(turn * normal);
+  return out;
+}
+
+/// The outline with each side moved outwards by `by_m`.
+[[nodiscard]] inline Outline widened(const Outline& outline, double by_m) {
+  Outline out = outline;
+  const std::size_t n = outline.corners.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const Eigen::Vector2d &a = outline.normals[(i + n - 1) % n], &b = outline.normals[i];
+    out.corners[i] += by_m / (1 + a.dot(b)) * (a + b);
+  }
+  return out;
 }
 
 }  // namespace aprsim::scene

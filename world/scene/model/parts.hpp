@@ -24,11 +24,14 @@ struct GearType {
   double mass_kg = 0;
 };
 
-/// Recess of revolution in a tray's top face, axis z: a frustum with an optional mouth chamfer.
+/// Recess in a tray's top face with an optional mouth chamfer: a frustum about z, or a prism along
+/// z with the outline.
 struct Pocket {
   double top_radius_m = 0, floor_radius_m = 0, depth_m = 0;
   double chamfer_m = 0;                           ///< depth of the mouth chamfer, 0 = none
   double chamfer_angle_rad = 0.7853981633974483;  ///< from the vertical
+  /// Of the walls below the chamfer, in the slot's frame; none = round, else the radii are 0.
+  std::optional<Outline> outline;
 };
 
 struct Slot {
@@ -36,6 +39,7 @@ struct Slot {
   std::string gear_type;                         ///< of the gear or part that it takes
   Eigen::Vector2d xy = Eigen::Vector2d::Zero();  ///< in the tray frame [m]
   Pocket pocket;
+  double yaw_rad = 0;  ///< of the slot's frame in the tray frame
 };
 
 /// A square recess for a label in the tray's top face, centred on its frame. Nothing collides with

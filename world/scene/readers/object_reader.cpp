@@ -362,13 +362,16 @@ class ObjectReader {
     gear.type = slot->gear_type;
     gear.X_WP.p = tray.X_WP.p + tray.X_WP.q * Eigen::Vector3d(slot->xy.x(), slot->xy.y(), 0);
     gear.X_WP.q = tray.X_WP.q;
+    double yaw = slot->yaw_rad;
     if (node.is_map()) {
       const yaml::Map keys = node.map({"name", "yaw_deg"});
       gear.name = claim(keys["name"], bodies_, "body");
-      const double yaw = radians(keys["yaw_deg"].number_or(0, yaml::between(-360, 360)));
-      gear.X_WP.q = tray.X_WP.q * Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
+      yaw += radians(keys["yaw_deg"].number_or(0, yaml::between(-360, 360)));
     } else {
       gear.name = claim(node, bodies_, "body");
+    }
+    if (node.is_map() || yaw != 0) {
+      gear.X_WP.q = tray.X_WP.q * Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
     }
     tray.gears[slot_name] = gear.name;
     if (types_.parts.contains(gear.type)) {

@@ -5,6 +5,7 @@
 
 #include "world/scene/checks/type_checks.hpp"
 #include "world/scene/readers/piece_reader.hpp"
+#include "world/scene/readers/pocket_reader.hpp"
 #include "world/scene/readers/reading.hpp"
 
 namespace aprsim::scene {
@@ -23,19 +24,6 @@ bool is_new(const yaml::Node& node, const std::string& name, const std::map<std:
   if (!map.contains(name)) return true;
   node.error("a second definition", "one definition of " + name);
   return false;
-}
-
-Pocket read_pocket(const yaml::Node& node) {
-  const yaml::Map keys =
-      node.map({"top_radius_m", "floor_radius_m", "depth_m", "chamfer_m", "chamfer_angle_deg"});
-  Pocket pocket;
-  pocket.top_radius_m = keys["top_radius_m"].number(kLength);
-  pocket.floor_radius_m =
-      keys["floor_radius_m"].number({.min = 0, .max = pocket.top_radius_m, .open_min = true});
-  pocket.depth_m = keys["depth_m"].number(kLength);
-  pocket.chamfer_m = keys["chamfer_m"].number_or(0, yaml::between(0, pocket.depth_m));
-  pocket.chamfer_angle_rad = radians(keys["chamfer_angle_deg"].number_or(45, kAcute));
-  return pocket;
 }
 
 GearType read_gear_type(const yaml::Node& node, const std::string& name) {
@@ -61,7 +49,7 @@ GearType read_gear_type(const yaml::Node& node, const std::string& name) {
 }
 
 Slot read_slot(const yaml::Node& node, const Types& types) {
-  const yaml::Map keys = node.map({"name", "gear", "pocket", "xy_m"});
+  const yaml::Map keys = node.map({"name", "gear", "pocket", "xy_m", "yaw_deg"});
   Slot slot;
   slot.name = read_name(keys["name"]);
   slot.gear_type = keys["gear"].text();
@@ -75,6 +63,7 @@ Slot read_slot(const yaml::Node& node, const Types& types) {
     slot.pocket = *pocket;
   }
   slot.xy = read_xy(keys["xy_m"]);
+  slot.yaw_rad = radians(keys["yaw_deg"].number_or(0, yaml::between(-360, 360)));
   return slot;
 }
 
