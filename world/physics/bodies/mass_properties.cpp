@@ -6,6 +6,7 @@
 
 #include "world/physics/collision/shapes/gear_shape.hpp"
 #include "world/physics/collision/shapes/pocket.hpp"
+#include "world/physics/collision/shapes/pocket_outline.hpp"
 #include "world/scene/model/part_shapes.hpp"
 
 namespace aprsim::physics {
@@ -24,17 +25,18 @@ struct Moments {
   }
 };
 
+// Gauss-Legendre nodes and weights (Abramowitz & Stegun 1964, table 25.4).
+const std::array<double, 3> kGaussNode{-std::sqrt(0.6), 0, std::sqrt(0.6)};
+constexpr std::array<double, 3> kGaussWeight{5.0 / 9, 8.0 / 9, 5.0 / 9};
+
 /// Frustum about the line x = xy parallel to z. Three-point Gauss quadrature is exact here: every
 /// integrand is a polynomial in z of degree 4 or less.
 Moments frustum(double z0, double r0, double z1, double r1, const Eigen::Vector2d& xy) {
-  // Gauss-Legendre nodes and weights (Abramowitz & Stegun 1964, table 25.4).
-  const std::array<double, 3> node{-std::sqrt(0.6), 0, std::sqrt(0.6)};
-  const std::array<double, 3> weight{5.0 / 9, 8.0 / 9, 5.0 / 9};
   Moments m;
   for (std::size_t i = 0; i < 3; ++i) {
-    const double t = 0.5 * (1 + node[i]);
+    const double t = 0.5 * (1 + kGaussNode[i]);
     const double z = z0 + (z1 - z0) * t, r = r0 + (r1 - r0) * t;
-    const double dv = 0.5 * weight[i] * (z1 - z0) * std::numbers::pi * r * r;
+    const double dv = 0.5 * kGaussWeight[i] * (z1 - z0) * std::numbers::pi * r * r;
     const Eigen::Vector3d c(xy.x(), xy.y(), z);
     m.volume += dv;
     m.first += dv * c;
@@ -81,6 +83,27 @@ Moments prism(const std::vector<Eigen::Vector2d>& corners, double z0, double z1)
   return m;
 }
 
+/// Takes a pocket with an outline away. The chamfer widens linearly: Gauss quadrature over z is
+/// exact, as for a frustum.
+void subtract_outline(const scene::Slot& slot, Moments& total) {
+  const detail::PocketOutline p(slot);
+  const auto at = [&p](double by) {
+    std::vector<Eigen::Vector2d> corners;
+    for (std::size_t i = 0; i < p.sides; ++i) corners.push_back(p.corner(i, by));
+    return corners;
+  };
+  total.add(prism(at(0), -p.depth, p.z_edge), -1);
+  if (!p.chamfered()) return;
+  for (std::size_t i = 0; i < kGaussNode.size(); ++i) {
+    const double t = 0.5 * (1 + kGaussNode[i]), z = p.z_edge * (1 - t);
+    const double dz = 0.5 * kGaussWeight[i] * -p.z_edge;
+    // A layer at one height, without its own thickness.
+    Moments layer = prism(at(p.width * t), z - 0.5 * dz, z + 0.5 * dz);
+    layer.second(2, 2) = layer.volume * z * z;
+    total.add(layer, -1);
+  }
+}
+
 /// Steiner's theorem back to the centre of mass, and from second moments to inertia: I = tr(S) 1 -
 /// S.
 MassProperties with_mass(const Moments& m, double mass_kg) {
@@ -117,6 +140,10 @@ MassProperties tray_mass(const scene::TrayType& tray) {
     total.add(box({-half, -half, -tray.label->depth_m}, {half, half, 0}), -1);
   }
   for (const scene::Slot& slot : tray.slots) {
+    if (slot.pocket.outline) {
+      subtract_outline(slot, total);
+      continue;
+    }
     const detail::PocketProfile p(slot);
     total.add(frustum(-p.depth, p.r_floor, p.z_edge, p.r_edge, slot.xy), -1);
     total.add(frustum(p.z_edge, p.r_edge, 0, p.r_mouth, slot.xy), -1);

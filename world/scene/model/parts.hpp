@@ -30,7 +30,7 @@ struct Pocket {
   double top_radius_m = 0, floor_radius_m = 0, depth_m = 0;
   double chamfer_m = 0;                           ///< depth of the mouth chamfer, 0 = none
   double chamfer_angle_rad = 0.7853981633974483;  ///< from the vertical
-  /// Of the walls below the chamfer, in the slot's frame; none = round, else the radii are 0.
+  /// Walls below the chamfer, in the slot's frame; none = round, else the radii are 0.
   std::optional<Outline> outline;
 };
 

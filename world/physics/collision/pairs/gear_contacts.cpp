@@ -5,6 +5,7 @@
 #include "world/physics/collision/pairs/circle_edge_vs_gear.hpp"
 #include "world/physics/collision/pairs/gear_vs_prism.hpp"
 #include "world/physics/collision/pairs/narrow_phase.hpp"
+#include "world/physics/collision/pairs/outline_contacts.hpp"
 #include "world/physics/collision/shapes/length.hpp"
 
 // A gear against each thing made of prisms: a box, a tray's slab with pockets, a finger's pad. Each
@@ -25,13 +26,14 @@ struct NearPockets {
   std::size_t count = 0;
 };
 
-/// The pockets whose mouth the gear's bounding sphere overlaps, in the tray's order.
+/// The round pockets whose mouth the gear's bounding sphere overlaps, in the tray's order.
 void find_near_pockets(const detail::GearShape& gear, const Isometry3d& X_PG,
                        const scene::TrayType& tray, NearPockets& near) {
   const Vector3d centre = X_PG * gear.middle();
   const double radius = length(gear.r_max, 0.5 * (gear.z_high - gear.z_low));
   // The order of the tray is the order of the contacts, and so part of the reproducible result.
   for (const scene::Slot& slot : tray.slots) {
+    if (slot.pocket.outline) continue;
     const scene::Pocket& p = slot.pocket;
     // Bound of the mouth without a tangent: chamfers are at most as wide as 6 times their depth.
     const double reach = radius + p.top_radius_m + 6 * p.chamfer_m;
@@ -54,6 +56,20 @@ void mouth_on_gear(const detail::GearShape& gear, const Isometry3d& X_PG,
   // wall.
   touch(pocket.r_mouth, 0);
   if (pocket.chamfered()) touch(pocket.r_edge, pocket.z_edge);
+}
+
+/// The gear on a tray where pockets with outlines are near.
+void gear_on_outlines(const detail::GearShape& gear, const Isometry3d& X_PG,
+                      const detail::TrayMaterial& material, detail::Candidates& out) {
+  detail::Candidates on_slab;
+  if (!detail::gear_on_prism(gear, X_PG, material.slab, material.round, on_slab)) return;
+  material.outlines.keep_on_slab(on_slab, out);
+  for (const detail::PocketProfile& pocket : material.round) {
+    mouth_on_gear(gear, X_PG, pocket, out);
+  }
+  for (const detail::PocketOutline& pocket : material.outlines) {
+    detail::gear_in_outline(gear, X_PG, pocket, material, out);
+  }
 }
 
 }  // namespace
@@ -106,7 +122,14 @@ void gear_tray(const detail::GearShape& gear, const Isometry3d& X_WG, const scen
   NearPockets near;
   find_near_pockets(gear, X_PG, tray, near);
   const std::span<const detail::PocketProfile> pockets(near.items.data(), near.count);
+  const Vector3d centre = X_PG * gear.middle();
+  const double radius = length(gear.r_max, 0.5 * (gear.z_high - gear.z_low));
+  const detail::NearbyOutlines outlines(tray, centre.head<2>(), radius);
   detail::Candidates points;
+  if (!outlines.empty()) {
+    gear_on_outlines(gear, X_PG, {slab, pockets, outlines}, points);
+    return detail::emit_reduced_by_direction(points, {X_WP, a, b, SurfacePair::kGearTray, out});
+  }
   if (!detail::gear_on_prism(gear, X_PG, slab, pockets, points)) return;
   for (const detail::PocketProfile& pocket : pockets) mouth_on_gear(gear, X_PG, pocket, points);
   detail::emit_reduced_by_axis(points, X_PG.linear().col(2),

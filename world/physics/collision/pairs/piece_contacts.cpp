@@ -168,15 +168,18 @@ void shape_on_tray(const ConvexShape& shape, const Isometry3d& X_WS, const scene
   const Isometry3d X_PS = X_WP.inverse(Eigen::Isometry) * X_WS;
   const detail::Prism slab = detail::slab_prism(tray);
   Candidates points;
+  bool near_outline = false;
   if (shape.kind == ConvexKind::kCapsule) {
     const detail::Segment segment{X_PS.translation(), shape.half_length_m * X_PS.linear().col(2)};
-    detail::capsule_on_pocketed_slab(segment, shape.radius_m, slab, tray, points);
+    near_outline = detail::capsule_on_pocketed_slab(segment, shape.radius_m, slab, tray, points);
   } else {
     thread_local detail::Polytope work;
-    detail::polytope_on_pocketed_slab(polytope_of(shape, work), X_PS, slab, tray, points);
+    near_outline =
+        detail::polytope_on_pocketed_slab(polytope_of(shape, work), X_PS, slab, tray, points);
   }
-  detail::emit_reduced_by_axis(points, Vector3d::UnitZ(),
-                               {X_WP, sides.a, sides.b, sides.pair, out, false, true});
+  const detail::Emission emission{X_WP, sides.a, sides.b, sides.pair, out, false, true};
+  if (near_outline) return detail::emit_reduced_by_direction(points, emission);
+  detail::emit_reduced_by_axis(points, Vector3d::UnitZ(), emission);
 }
 
 void reduce_planes(std::size_t first, std::vector<Contact>& out) {

@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <span>
 
+#include "world/physics/collision/pairs/outline_contacts.hpp"
 #include "world/physics/collision/pairs/polytope_contacts.hpp"
 #include "world/physics/collision/shapes/length.hpp"
 #include "world/physics/collision/shapes/pocket.hpp"
@@ -20,7 +22,7 @@ using Eigen::Vector3d;
 constexpr double kMostDeep = 1e-3;
 constexpr double kFlatNormal = 0.99;  // cosine to the tray's z
 
-/// Pockets that one shape can reach at once.
+/// Round pockets that one shape can reach at once.
 struct NearbyPockets {
   static constexpr std::size_t kMost = 8;
   std::array<PocketProfile, kMost> items;
@@ -28,6 +30,7 @@ struct NearbyPockets {
 
   NearbyPockets(const scene::TrayType& tray, const Vector2d& centre, double radius) {
     for (const scene::Slot& slot : tray.slots) {
+      if (slot.pocket.outline) continue;
       const double reach = radius + PocketProfile(slot).r_mouth;
       if ((slot.xy - centre).squaredNorm() > reach * reach || count == kMost) continue;
       items[count++] = PocketProfile(slot);
@@ -35,6 +38,7 @@ struct NearbyPockets {
   }
   [[nodiscard]] const PocketProfile* begin() const { return items.data(); }
   [[nodiscard]] const PocketProfile* end() const { return items.data() + count; }
+  [[nodiscard]] std::span<const PocketProfile> all() const { return {items.data(), count}; }
 };
 
 double radius_in(const PocketProfile& pocket, const Vector3d& p) {
@@ -62,8 +66,13 @@ bool belongs_to_pocket(const PocketProfile& pocket, const Vector3d& p, double de
 class PolytopeOnPockets {
  public:
   PolytopeOnPockets(const Polytope& polytope, const Isometry3d& X_PS, const Prism& slab,
-                    const NearbyPockets& pockets, Candidates& out)
-      : polytope_(polytope), X_PS_(X_PS), slab_(slab), pockets_(pockets), out_(out) {}
+                    const NearbyPockets& pockets, const NearbyOutlines& outlines, Candidates& out)
+      : polytope_(polytope),
+        X_PS_(X_PS),
+        slab_(slab),
+        pockets_(pockets),
+        outlines_(outlines),
+        out_(out) {}
 
   void find() {
     on_slab();
@@ -71,6 +80,10 @@ class PolytopeOnPockets {
       for (const Polytope::Edge& edge : polytope_.edges) edge_in_pocket(pocket, edge);
       for (const Vector3d& corner : polytope_.corners) corner_on_floor(pocket, X_PS_ * corner);
       mouth_on_faces(pocket);
+    }
+    const TrayMaterial material{slab_, pockets_.all(), outlines_};
+    for (const PocketOutline& pocket : outlines_) {
+      polytope_in_outline(polytope_, X_PS_, pocket, material, out_);
     }
   }
 
@@ -87,9 +100,11 @@ class PolytopeOnPockets {
       const bool lost = std::any_of(pockets_.begin(), pockets_.end(), [&](const auto& pocket) {
         return belongs_to_pocket(pocket, point.p, point.depth);
       });
-      if (!lost) out_.add(point.p, point.n, point.depth);
+      if (!lost && !outlines_.take(point.p, point.depth)) out_.add(point.p, point.n, point.depth);
       if (point.n.z() > kFlatNormal && points.size() > 1) {
-        across_mouths(point, points[(i + 1) % points.size()]);
+        const Candidate& next = points[(i + 1) % points.size()];
+        across_mouths(point, next);
+        for (const PocketOutline& pocket : outlines_) across_outline(pocket, point, next, out_);
       }
     }
   }
@@ -207,6 +222,7 @@ class PolytopeOnPockets {
   const Isometry3d& X_PS_;
   const Prism& slab_;
   const NearbyPockets& pockets_;
+  const NearbyOutlines& outlines_;
   Candidates& out_;
 };
 
@@ -280,23 +296,26 @@ void ball_in_pocket(const PocketProfile& pocket, const Vector3d& c, double radiu
 
 }  // namespace
 
-void polytope_on_pocketed_slab(const Polytope& polytope, const Isometry3d& X_PS, const Prism& slab,
+bool polytope_on_pocketed_slab(const Polytope& polytope, const Isometry3d& X_PS, const Prism& slab,
                                const scene::TrayType& tray, Candidates& out) {
   double radius = 0;
   for (const Vector3d& corner : polytope.corners) {
     radius = std::max(radius, (corner - polytope.middle).norm());
   }
   const Vector3d middle = X_PS * polytope.middle;
-  if (middle.z() - radius > slab.z1) return;
+  if (middle.z() - radius > slab.z1) return false;
   const NearbyPockets pockets(tray, middle.head<2>(), radius);
-  PolytopeOnPockets(polytope, X_PS, slab, pockets, out).find();
+  const NearbyOutlines outlines(tray, middle.head<2>(), radius);
+  PolytopeOnPockets(polytope, X_PS, slab, pockets, outlines, out).find();
+  return !outlines.empty();
 }
 
-void capsule_on_pocketed_slab(const Segment& segment, double radius_m, const Prism& slab,
+bool capsule_on_pocketed_slab(const Segment& segment, double radius_m, const Prism& slab,
                               const scene::TrayType& tray, Candidates& out) {
   const double half = segment.half.norm();
-  if (segment.middle.z() - half - radius_m > slab.z1) return;
+  if (segment.middle.z() - half - radius_m > slab.z1) return false;
   const NearbyPockets pockets(tray, segment.middle.head<2>(), half + radius_m);
+  const NearbyOutlines outlines(tray, segment.middle.head<2>(), half + radius_m);
   Candidates points;
   capsule_on(
       segment, radius_m, [&slab](const Vector3d& p) { return nearness(slab, p); }, points);
@@ -306,7 +325,7 @@ void capsule_on_pocketed_slab(const Segment& segment, double radius_m, const Pri
     const bool lost = std::any_of(pockets.begin(), pockets.end(), [&](const auto& pocket) {
       return foot.z() > -pocket.depth && radius_in(pocket, foot) < pocket.r_mouth;
     });
-    if (!lost) out.add(points[i].p, points[i].n, points[i].depth);
+    if (!lost && !outlines.take(foot, 0)) out.add(points[i].p, points[i].n, points[i].depth);
   }
   const CapsuleDepth capsule{segment, radius_m, segment.half.squaredNorm()};
   for (const PocketProfile& pocket : pockets) {
@@ -315,6 +334,11 @@ void capsule_on_pocketed_slab(const Segment& segment, double radius_m, const Pri
     ball_in_pocket(pocket, segment.at(-1), radius_m, out);
     if (half > 0) ball_in_pocket(pocket, segment.at(1), radius_m, out);
   }
+  const TrayMaterial material{slab, pockets.all(), outlines};
+  for (const PocketOutline& pocket : outlines) {
+    capsule_in_outline(segment, radius_m, pocket, material, out);
+  }
+  return !outlines.empty();
 }
 
 }  // namespace aprsim::physics::detail

@@ -236,4 +236,21 @@ void emit_reduced_by_axis(const Candidates& candidates, const Eigen::Vector3d& u
   emit_some(candidates, wall, to);
 }
 
+void emit_reduced_by_direction(const Candidates& candidates, const Emission& to) {
+  constexpr double kSameDirection = 0.99;
+  std::array<bool, Candidates::kCapacity> taken{};
+  for (int i = 0; i < candidates.size(); ++i) {
+    if (taken[static_cast<std::size_t>(i)] || is_tunnelling(candidates, i)) continue;
+    Selection same;
+    for (int k = i; k < candidates.size(); ++k) {
+      bool& is_taken = taken[static_cast<std::size_t>(k)];
+      if (is_taken || candidates[k].n.dot(candidates[i].n) < kSameDirection) continue;
+      if (is_tunnelling(candidates, k)) continue;
+      same.push(k);
+      is_taken = true;
+    }
+    emit_polygon(candidates, without_steep(candidates, same), to);
+  }
+}
+
 }  // namespace aprsim::physics::detail

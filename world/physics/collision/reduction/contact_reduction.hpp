@@ -65,4 +65,7 @@ void emit_reduced(const Candidates& candidates, const Emission& to);
 void emit_reduced_by_axis(const Candidates& candidates, const Eigen::Vector3d& u,
                           const Emission& to);
 
+/// The same for walls of several directions: of each direction at most four (see Emission::many).
+void emit_reduced_by_direction(const Candidates& candidates, const Emission& to);
+
 }  // namespace aprsim::physics::detail

@@ -6,6 +6,7 @@
 
 #include "world/physics/collision/shapes/gear_shape.hpp"
 #include "world/physics/collision/shapes/pocket.hpp"
+#include "world/physics/collision/shapes/pocket_outline.hpp"
 #include "world/scene/model/part_shapes.hpp"
 
 namespace aprsim::physics {
@@ -112,6 +113,14 @@ Span box_span(const Vector3d& size, const Vector3d& p, const Vector3d& d) {
   return span;
 }
 
+/// Whether a point on or under the top face is within the pocket's mouth, seen from above.
+bool is_in_mouth(const scene::Slot& slot, const Vector3d& p) {
+  if (!slot.pocket.outline) {
+    return (p.head<2>() - slot.xy).norm() < detail::PocketProfile(slot).r_mouth;
+  }
+  return detail::PocketOutline(slot).behind({p.x(), p.y(), 0}) < 0;
+}
+
 }  // namespace
 
 double distance_to_gear(const scene::GearType& gear, const Eigen::Isometry3d& X_WG,
@@ -138,10 +147,9 @@ double distance_to_tray(const scene::TrayType& tray, const Eigen::Isometry3d& X_
   if (to_slab == kNoHit || d.z() >= 0) return to_slab;
   const Vector3d hit = p + to_slab * d;
   for (const scene::Slot& slot : tray.slots) {
-    const detail::PocketProfile pocket(slot);
-    if ((hit.head<2>() - slot.xy).norm() >= pocket.r_mouth || hit.z() < -pocket.depth) continue;
+    if (!is_in_mouth(slot, hit) || hit.z() < -slot.pocket.depth_m) continue;
     // In a pocket's mouth: to the floor; its wall is too near to its rim to hold a lip.
-    return std::max(to_slab, (-pocket.depth - p.z()) / d.z());
+    return std::max(to_slab, (-slot.pocket.depth_m - p.z()) / d.z());
   }
   return to_slab;
 }

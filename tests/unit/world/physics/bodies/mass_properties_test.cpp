@@ -145,5 +145,46 @@ TEST(MassProperties, PocketsTakeTheirShareOfATray) {
   EXPECT_NEAR(m.inertia(0, 0), m.inertia(1, 1), 1e-15);
 }
 
+// A pocket with an outline, turned and chamfered, against voxels.
+TEST(MassProperties, AnOutlinedPocketMatchesVoxels) {
+  scene::TrayType t = test::conical_tray();
+  t.slots.clear();
+  t.min_xy = {-0.03, -0.02};
+  t.max_xy = {0.03, 0.02};
+  t.thickness_m = 0.02;
+  scene::Slot slot;
+  slot.xy = {0.01, -0.002};
+  slot.yaw_rad = 0.4;
+  slot.pocket.depth_m = 0.015;
+  slot.pocket.chamfer_m = 0.004;
+  slot.pocket.chamfer_angle_rad = 0.6;
+  slot.pocket.outline = scene::outline_of({{-0.01, -0.006}, {0.012, -0.004}, {-0.004, 0.01}});
+  t.slots.push_back(slot);
+  const double step = 2.5e-4;
+  double volume = 0;
+  Vector3d first = Vector3d::Zero();
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+  for (double z = -t.thickness_m + step / 2; z < 0; z += step) {
+    const double by = std::max(0.0, slot.pocket.chamfer_m + z) * std::tan(0.6);
+    const scene::Outline hole =
+        scene::placed(scene::widened(*slot.pocket.outline, by), slot.xy, slot.yaw_rad);
+    for (double x = t.min_xy.x() + step / 2; x < t.max_xy.x(); x += step) {
+      for (double y = t.min_xy.y() + step / 2; y < t.max_xy.y(); y += step) {
+        if (z > -slot.pocket.depth_m && hole.depth_of({x, y}) > 0) continue;
+        const Vector3d p(x, y, z);
+        volume += 1;
+        first += p;
+        second += p * p.transpose();
+      }
+    }
+  }
+  const MassProperties m = tray_mass(t);
+  const Vector3d com = first / volume;
+  const Eigen::Matrix3d central = t.mass_kg * (second / volume - com * com.transpose());
+  const Eigen::Matrix3d inertia = central.trace() * Eigen::Matrix3d::Identity() - central;
+  EXPECT_LT((m.com - com).norm(), 0.05 * step);
+  EXPECT_LT((m.inertia - inertia).norm(), 1e-3 * m.inertia.norm());
+}
+
 }  // namespace
 }  // namespace aprsim::physics
