@@ -320,7 +320,7 @@ TEST_P(OutlinePocket, HoldsRoundParts) {
     for (const double chamfer : {0.0, 1e-3}) {
       scene::Scene scene = level_scene(square, chamfer, 0.8);
       scene.physics.simplification = GetParam();
-      scene.physics.rolling_m.gear_tray = 1e-4;
+      scene.physics.rolling_m.gear_tray = 5e-4;
       Pose pose;
       pose.p = {0, 0, kThick - kDepth + round.height_m + 2e-3};
       pose.q = turned(1.1, Vector3d::UnitZ()) * round.q;

@@ -123,6 +123,29 @@ TEST(RayGap, FallsIntoATraysPockets) {
   EXPECT_EQ(down(0.11, 0), kNone);
 }
 
+TEST(RayGap, FallsIntoAPocketOfItsOutline) {
+  scene::TrayType tray;
+  tray.min_xy = {-0.1, -0.1};
+  tray.max_xy = {0.1, 0.1};
+  tray.thickness_m = 0.02;
+  scene::Slot slot;
+  slot.xy = {0.03, 0};
+  slot.yaw_rad = std::numbers::pi / 2;
+  slot.pocket.depth_m = 0.012;
+  slot.pocket.chamfer_m = 0.001;
+  slot.pocket.outline =
+      scene::outline_of({{-0.02, -0.01}, {0.02, -0.01}, {0.02, 0.01}, {-0.02, 0.01}});
+  tray.slots.push_back(slot);
+  const auto down = [&](double x, double y) {
+    return distance_to_tray(tray, Eigen::Isometry3d::Identity(),
+                            {{x, y, 0.05}, -Vector3d::UnitZ()});
+  };
+  EXPECT_NEAR(down(0.03, 0.019), 0.062, 1e-12);
+  EXPECT_NEAR(down(0.03, 0.0209), 0.062, 1e-12) << "in the chamfer";
+  EXPECT_NEAR(down(0.03, 0.0211), 0.05, 1e-12);
+  EXPECT_NEAR(down(0.045, 0), 0.05, 1e-12) << "beside it, as it is turned";
+}
+
 TEST(RayGap, PassesByTheCornerThatAnOutlineCutsOff) {
   scene::TrayType tray;
   tray.min_xy = {-0.1, -0.1};
