@@ -28,7 +28,13 @@ void write(const api::BodyDescription& body, v1::TrayGeometry& message) {
   }
   message.set_label_size_m(body.label_size_m);
   message.set_label_depth_m(body.label_depth_m);
-  for (const auto& slot : body.slots) write_fields(slot, *message.add_slots());
+  for (const auto& slot : body.slots) {
+    auto& out = *message.add_slots();
+    write_fields(slot, out);
+    for (const Eigen::Vector2d& corner : slot.pocket_outline) {
+      write_message(Eigen::Vector3d(corner.x(), corner.y(), 0), *out.add_pocket_outline_m());
+    }
+  }
 }
 
 /// The shape of a piece.

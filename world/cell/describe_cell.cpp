@@ -48,7 +48,13 @@ api::BodyDescription describe_body(const scene::FreeBody& body, const scene::Sce
   for (const auto& slot : type.slots) {
     Pose X_PS;
     X_PS.p = {slot.xy.x(), slot.xy.y(), 0};
-    out.slots.push_back({.name = slot.name, .gear_type = slot.gear_type, .X_PS = X_PS});
+    X_PS.q = Eigen::AngleAxisd(slot.yaw_rad, Eigen::Vector3d::UnitZ());
+    out.slots.push_back({.name = slot.name,
+                         .gear_type = slot.gear_type,
+                         .X_PS = X_PS,
+                         .pocket_depth_m = slot.pocket.depth_m,
+                         .pocket_outline = {}});
+    if (slot.pocket.outline) out.slots.back().pocket_outline = slot.pocket.outline->corners;
   }
   return out;
 }

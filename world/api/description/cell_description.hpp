@@ -89,11 +89,15 @@ struct ToolDescription {
   double v_half_angle_rad = 0;  ///< of the pads' grooves; 0 = flat
 };
 
-/// A recess that takes a gear. A seated gear's frame coincides with its slot's.
+/// A recess that takes a gear or part. The frame of a seated gear or part coincides with its
+/// slot's.
 struct SlotDescription {
   std::string name;
   std::string gear_type;
   Pose X_PS;  ///< slot frame S (on the tray's top face, z up) in the tray's body frame P
+  double pocket_depth_m = 0;
+  /// Corners of the recess seen from above, counter-clockwise, convex, in S; empty = round.
+  std::vector<Eigen::Vector2d> pocket_outline;
 };
 
 /// A free body. A gear's frame: z along the peg, origin at the centre of the disc's underside (the

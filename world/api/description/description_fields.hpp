@@ -22,7 +22,8 @@ APRSIM_FIELDS(BoxDescription, FIELD_AS(centre, centre_m), FIELD_AS(size, size_m)
 APRSIM_FIELDS(ToolDescription, FIELD(name), FIELD(mass_kg), FIELD(gripper),
               FIELD_AS(X_QT, tool_in_coupling), FIELD(listed), FIELD(palm), FIELD(neck),
               FIELD_AS(finger_size, finger_size_m), BY_HAND(cup), FIELD(v_half_angle_rad))
-APRSIM_FIELDS(SlotDescription, FIELD(name), FIELD(gear_type), FIELD_AS(X_PS, slot_in_tray))
+APRSIM_FIELDS(SlotDescription, FIELD(name), FIELD(gear_type), FIELD_AS(X_PS, slot_in_tray),
+              FIELD(pocket_depth_m), BY_HAND(pocket_outline))
 APRSIM_FIELDS(BodyDescription, FIELD(name), FIELD(type), FIELD(kind), FIELD(mass_kg),
               BY_HAND(slots), BY_HAND(disc_radius_m), BY_HAND(disc_height_m), BY_HAND(peg_radius_m),
               BY_HAND(peg_top_m), BY_HAND(box_min), BY_HAND(box_max), BY_HAND(outline),

@@ -36,10 +36,20 @@ using Gears = std::map<std::string, scene::GearType>;
 
 /// Radius about a slot that its pocket and its gear cover.
 double covered_radius(const scene::Slot& slot, const Gears& gears) {
+  double pocket = slot.pocket.top_radius_m;
+  if (slot.pocket.outline) {
+    for (const auto& corner : slot.pocket.outline->corners)
+      pocket = std::max(pocket, corner.norm());
+  }
   const auto gear = gears.find(slot.gear_type);
-  if (gear == gears.end()) return slot.pocket.top_radius_m;
-  return std::max(
-      {slot.pocket.top_radius_m, gear->second.disc_radius_m, gear->second.teeth_outer_radius_m});
+  if (gear == gears.end()) return pocket;
+  return std::max({pocket, gear->second.disc_radius_m, gear->second.teeth_outer_radius_m});
+}
+
+/// The edge of a pocket's mouth, its chamfer left out.
+Outline mouth_of(const scene::Slot& slot) {
+  if (!slot.pocket.outline) return circle(slot.xy, slot.pocket.top_radius_m, kPocketSides);
+  return scene::placed(*slot.pocket.outline, slot.xy, slot.yaw_rad).corners;
 }
 
 Outline square(const Eigen::Vector2d& centre, double size) {
@@ -97,6 +107,12 @@ Outline slab_outline(const scene::TrayType& type) {
 
 void add_pocket(const scene::Slot& slot, MeshBuilder& mesh) {
   const scene::Pocket& pocket = slot.pocket;
+  if (pocket.outline) {
+    const Outline wall = mouth_of(slot);
+    mesh.walls(reversed(wall), -pocket.depth_m, 0);
+    mesh.face(wall, {}, -pocket.depth_m, true);
+    return;
+  }
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   X.translation() << slot.xy.x(), slot.xy.y(), 0;
   mesh.set_frame(X);
@@ -201,7 +217,7 @@ Mesh tray_mesh(const scene::TrayType& type, const std::optional<Label>& label) {
   mesh.face(slab, {}, -type.thickness_m, false);
   std::vector<Outline> holes;
   for (const scene::Slot& slot : type.slots) {
-    holes.push_back(reversed(circle(slot.xy, slot.pocket.top_radius_m, kPocketSides)));
+    holes.push_back(reversed(mouth_of(slot)));
   }
   if (label) holes.push_back(reversed(square(label->centre, label->size_m)));
   mesh.face(slab, holes, 0, true);

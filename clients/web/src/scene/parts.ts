@@ -8,7 +8,7 @@ import {
   type CellAppearance,
   type TrayGeometry
 } from '../protocol';
-import {place, toVector} from './convert';
+import {place, toMatrix, toVector} from './convert';
 import {surface, type SurfaceMaterial} from './materials';
 import {flatLabel} from './lettering';
 import {piecesGeometry} from './pieces';
@@ -166,9 +166,14 @@ function pocketsOf(body: BodyDescription, appearance: CellAppearance | null): Po
   return body.geometry.value.slots.flatMap((slot, i) => {
     const p = toVector(slot.slotInTray?.positionM),
       recess = recesses[i];
-    return recess
-      ? [{x: p.x, y: p.y, top: recess.topRadiusM, floor: recess.floorRadiusM, depth: recess.depthM}]
-      : [];
+    if (!recess) return [];
+    const frame = toMatrix(slot.slotInTray);
+    const corners = slot.pocketOutlineM.map((corner) => toVector(corner).applyMatrix4(frame));
+    const outline = corners.map((corner) => new THREE.Vector2(corner.x, corner.y));
+    // A circle around, where it matters which places are free.
+    const around = outline.map((corner) => Math.hypot(corner.x - p.x, corner.y - p.y));
+    const top = Math.max(recess.topRadiusM, ...around);
+    return [{x: p.x, y: p.y, top, floor: recess.floorRadiusM, depth: recess.depthM, outline}];
   });
 }
 

@@ -177,9 +177,12 @@ export function gearGeometry(g: GearSizes, color: THREE.Color): THREE.BufferGeom
 export interface Pocket {
   x: number;
   y: number;
+  /** Radius at the top face, or of a circle around the outline. */
   top: number;
   floor: number;
   depth: number;
+  /** Corners seen from above, counter-clockwise, in the tray's frame; empty if it is round. */
+  outline: THREE.Vector2[];
 }
 
 /** A tray's slab in its frame. */
@@ -206,7 +209,8 @@ export function trayGeometry(
   if (labelSize > 0) sheet.holes.push(squareHole(labelSize / 2));
   for (const p of pockets) {
     const hole = new THREE.Path();
-    hole.absarc(p.x, p.y, p.top, 0, 2 * Math.PI, true);
+    if (p.outline.length > 0) hole.setFromPoints([...p.outline].reverse());
+    else hole.absarc(p.x, p.y, p.top, 0, 2 * Math.PI, true);
     sheet.holes.push(hole);
   }
   const upper = new THREE.ExtrudeGeometry(sheet, {
@@ -227,22 +231,40 @@ export function trayGeometry(
     parts.push(tinted(label, kLabel));
   }
   for (const p of pockets) {
-    // From the floor outwards and up, so that the faces point into the pocket.
-    parts.push(
-      tinted(
-        turned(
-          [
-            [p.top, max.z - 1e-5],
-            [p.floor, max.z - p.depth],
-            [0, max.z - p.depth]
-          ],
-          36
-        ).translate(p.x, p.y, 0),
-        inside
-      )
-    );
+    parts.push(tinted(p.outline.length > 0 ? recess(p, max.z) : roundRecess(p, max.z), inside));
   }
   return merged(parts);
+}
+
+/** From the floor outwards and up, so that the faces point into the pocket. */
+function roundRecess(p: Pocket, top: number): THREE.BufferGeometry {
+  return turned(
+    [
+      [p.top, top - 1e-5],
+      [p.floor, top - p.depth],
+      [0, top - p.depth]
+    ],
+    36
+  ).translate(p.x, p.y, 0);
+}
+
+/** Walls along the outline and a floor, with the faces towards the inside. */
+function recess(p: Pocket, top: number): THREE.BufferGeometry {
+  const floor = top - p.depth,
+    high = top - 1e-5;
+  const points: number[] = [];
+  const middle = p.outline.reduce((sum, corner) => sum.add(corner), new THREE.Vector2());
+  middle.divideScalar(p.outline.length);
+  p.outline.forEach((a, i) => {
+    const b = p.outline[(i + 1) % p.outline.length] ?? a;
+    points.push(a.x, a.y, high, b.x, b.y, high, a.x, a.y, floor);
+    points.push(b.x, b.y, high, b.x, b.y, floor, a.x, a.y, floor);
+    points.push(middle.x, middle.y, floor, a.x, a.y, floor, b.x, b.y, floor);
+  });
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute('position', new THREE.Float32BufferAttribute(points, 3));
+  geometry.computeVertexNormals();
+  return geometry;
 }
 
 function outlineOf({min, max, outline}: Slab): THREE.Shape {

@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "protocols/messages/write_message.hpp"
@@ -40,6 +42,27 @@ TEST(PartMessage, EveryKindOfPieceIsWritten) {
   ASSERT_EQ(message.fixtures_size(), 1);
   EXPECT_EQ(message.fixtures(0).name(), "bin");
   EXPECT_EQ(message.fixtures(0).pieces(0).box().size_m().x(), 1);
+}
+
+TEST(PartMessage, ASlotHasThePocketsOutlineAndTurn) {
+  api::CellDescription cell;
+  api::BodyDescription& tray = cell.bodies.emplace_back();
+  tray.kind = api::BodyKind::kKitTray;
+  api::SlotDescription& slot = tray.slots.emplace_back();
+  slot.X_PS.q = Eigen::AngleAxisd(1, Eigen::Vector3d::UnitZ());
+  slot.pocket_depth_m = 0.02;
+  slot.pocket_outline = {{0, 0}, {0.01, 0}, {0, 0.02}};
+  tray.slots.emplace_back().pocket_depth_m = 0.01;
+  v1::CellDescription message;
+  write_message(cell, message);
+  const v1::TrayGeometry& written = message.bodies(0).tray();
+  ASSERT_EQ(written.slots_size(), 2);
+  EXPECT_EQ(written.slots(0).pocket_depth_m(), 0.02);
+  ASSERT_EQ(written.slots(0).pocket_outline_m_size(), 3);
+  EXPECT_EQ(written.slots(0).pocket_outline_m(1).x(), 0.01);
+  EXPECT_EQ(written.slots(0).pocket_outline_m(2).y(), 0.02);
+  EXPECT_DOUBLE_EQ(written.slots(0).slot_in_tray().orientation().z(), std::sin(0.5));
+  EXPECT_EQ(written.slots(1).pocket_outline_m_size(), 0);
 }
 
 }  // namespace

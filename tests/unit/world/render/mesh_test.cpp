@@ -118,6 +118,20 @@ TEST(Mesh, ATrayIsClosedWithItsPocketsAndLabel) {
   EXPECT_NEAR(volume(mesh), 0.16 * 0.16 * 0.015 - 2 * pocket - 0.04 * 0.04 * 1e-3, 1e-9);
 }
 
+TEST(Mesh, ATrayHasPocketsOfTheirOutlines) {
+  scene::TrayType type = tray_type();
+  type.slots[0].pocket = {.depth_m = 0.01,
+                          .outline = scene::outline_of(
+                              {{-0.01, -0.005}, {0.01, -0.005}, {0.01, 0.005}, {-0.01, 0.005}})};
+  type.slots[0].yaw_rad = 0.7;
+  type.slots[1].pocket = {.depth_m = 0.012,
+                          .outline = scene::outline_of({{0, 0}, {0.02, 0}, {0, 0.02}})};
+  const Mesh mesh = tray_mesh(type, std::nullopt);
+  EXPECT_NEAR(gap(mesh), 0, 1e-8);
+  EXPECT_NEAR(volume(mesh), 0.16 * 0.16 * 0.015 - 0.02 * 0.01 * 0.01 - 0.02 * 0.02 / 2 * 0.012,
+              1e-9);
+}
+
 TEST(Mesh, ATrayHasItsOutlineAndTheRecessOfItsType) {
   scene::TrayType type = tray_type();
   type.slots.clear();
