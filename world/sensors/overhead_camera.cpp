@@ -50,6 +50,17 @@ bool belongs_to(const Occluder& occluder, std::size_t body, std::span<const scen
          scene::stands_on(X_WP[other], X_WP[body], bodies[body]);
 }
 
+/// Whether an occluder is a tray that shows the middle of a part in one of its pockets.
+bool shows(const Occluder& occluder, const Eigen::Vector3d& camera_W,
+           const Eigen::Vector3d& middle_W, std::span<const scene::FreeBody> bodies,
+           std::span<const Eigen::Isometry3d> X_WP) {
+  if (occluder.body < 0) return false;
+  const auto tray = static_cast<std::size_t>(occluder.body);
+  if (bodies[tray].outlined.empty()) return false;
+  const Eigen::Isometry3d X_PW = X_WP[tray].inverse(Eigen::Isometry);
+  return bodies[tray].shows_in_pocket(X_PW * camera_W, X_PW * middle_W);
+}
+
 /// Angle of the rotation nearest to a map of the plane.
 double turn_of(const Eigen::Matrix2d& map) {
   return std::atan2(map(1, 0) - map(0, 1), map(0, 0) + map(1, 1));
@@ -136,6 +147,7 @@ double OverheadCamera::visible_share(std::size_t body, std::span<const scene::Fr
   for (const auto& occluder : occluders) {
     const double distance = distance_to_segment(occluder.X_WS.translation(), camera_W_, points[0]);
     if (distance > occluder.bound_m + extent || belongs_to(occluder, body, bodies, X_WP)) continue;
+    if (shows(occluder, camera_W_, points[0], bodies, X_WP)) continue;
     for (std::size_t k = 0; k < points.size(); ++k) {
       hidden[k] = hidden[k] || hides(occluder, camera_W_, points[k]);
     }

@@ -1,5 +1,6 @@
 #include "world/scene/model/free_body.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "world/scene/model/part_shapes.hpp"
@@ -19,6 +20,9 @@ FreeBody tray_of(const TrayInstance& tray, const TrayType& type) {
   out.mass_kg = type.mass_kg;
   out.slab = slab_of(type);
   out.outline = type.outline;
+  for (const Slot& slot : type.slots) {
+    if (slot.pocket.outline) out.outlined.push_back(slot);
+  }
   return out;
 }
 
@@ -61,6 +65,16 @@ std::vector<FreeBody> free_bodies_of(const Scene& scene) {
     bodies.push_back(part_of(part, scene.part_types.at(part.type)));
   }
   return bodies;
+}
+
+bool FreeBody::shows_in_pocket(const Eigen::Vector3d& from_P, const Eigen::Vector3d& p_P) const {
+  if (from_P.z() <= 0 || p_P.z() >= 0) return false;
+  const Eigen::Vector3d top = p_P + p_P.z() / (p_P.z() - from_P.z()) * (from_P - p_P);
+  return std::ranges::any_of(outlined, [&](const Slot& slot) {
+    const Outline walls = placed(*slot.pocket.outline, slot.xy, slot.yaw_rad);
+    return p_P.z() >= -slot.pocket.depth_m && walls.depth_of(p_P.head<2>()) >= 0 &&
+           walls.depth_of(top.head<2>()) >= 0;
+  });
 }
 
 bool FreeBody::covers(const Eigen::Vector2d& p_P) const {

@@ -22,9 +22,15 @@ struct FreeBody {
   Eigen::AlignedBox3d slab;
   std::optional<Outline> outline;  ///< of the slab, where it is no box
   std::vector<api::Piece> pieces;  ///< of parts only
+  std::vector<Slot> outlined;      ///< of trays: the slots whose pockets have an outline
 
   /// Whether a point of the tray's plane lies on the slab.
   [[nodiscard]] bool covers(const Eigen::Vector2d& p_P) const;
+
+  /// Whether a point lies in a pocket with an outline, under the tray's top face, and the line to
+  /// it from a point over the tray passes the pocket's mouth. Both in the tray's frame.
+  [[nodiscard]] bool shows_in_pocket(const Eigen::Vector3d& from_P,
+                                     const Eigen::Vector3d& p_P) const;
 
   [[nodiscard]] bool is_gear() const { return kind == api::BodyKind::kGear; }
   [[nodiscard]] bool is_part() const { return kind == api::BodyKind::kPart; }

@@ -81,6 +81,38 @@ TEST_F(OverheadCameraTest, ReportsPartsByTheirFrames) {
   EXPECT_EQ(seen[0].score, 1);
 }
 
+// A part under the top face is seen through the mouth of its pocket, not through the slab.
+TEST_F(OverheadCameraTest, SeesAPartInAnOutlinedPocket) {
+  scene::FreeBody nut;
+  nut.type = "nut";
+  nut.kind = api::BodyKind::kPart;
+  nut.slab = Eigen::AlignedBox3d(Eigen::Vector3d(-0.007, -0.007, -0.003),
+                                 Eigen::Vector3d(0.007, 0.007, 0.003));
+  scene::Slot slot;
+  slot.xy = {0.05, 0};
+  slot.yaw_rad = 0.5;
+  slot.pocket.depth_m = 0.01;
+  slot.pocket.outline =
+      scene::outline_of({{-0.008, -0.008}, {0.008, -0.008}, {0.008, 0.008}, {-0.008, 0.008}});
+  for (const bool has_pocket : {true, false}) {
+    for (const double off : {0.0, 0.02}) {
+      bodies.clear();
+      poses.clear();
+      occluders.clear();
+      scene::FreeBody board = tray();
+      if (has_pocket) board.outlined = {slot};
+      add(board, standing(0.4, 0.1));
+      add(nut, standing(0.45 + off, 0.1, 0.5) * Eigen::Translation3d(0, 0, -0.006));
+      hide_behind(robot::BoxShape{{0.2, 0.2, 0.02}}, {0.4, 0.1, -0.01});
+      occluders.back().body = 0;
+      const auto seen = look();
+      const bool part_seen =
+          std::ranges::any_of(seen, [](const auto& object) { return object.body == 1; });
+      EXPECT_EQ(part_seen, has_pocket && off == 0) << has_pocket << off;
+    }
+  }
+}
+
 TEST_F(OverheadCameraTest, GivesPosesInTheVisionFrame) {
   X_WR = Eigen::Translation3d(1, 2, 0.9) * Eigen::AngleAxisd(kPi / 2, Eigen::Vector3d::UnitZ());
   vision.X_RV.p = {0.1, 0, 0};
