@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Callable
 
-from arm import FAST_MM_S, SLOW_MM_S, Arm, finger_yaws
+from arm import FAST_MM_S, SLOW_MM_S, Arm
 from cell import Cell, CellError
 from crcl_robot import Interrupted, RobotError, RobotLost
 from orders import SAME_KIT_MM, Kit
@@ -250,7 +250,13 @@ class ActionRun:
             raise ActionError("another robot is in the way")
         for trial in range(YAW_TRIALS):
             result = take_part(
-                arm, part.type, part.xy, tray.type.thickness_mm, self._others(part), trial
+                arm,
+                part.type,
+                part.xy,
+                tray.type.thickness_mm,
+                self._others(part),
+                trial,
+                part.yaw,
             )
             if result is Taken.HELD:
                 self.holding = part.type
@@ -268,7 +274,7 @@ class ActionRun:
             raise ActionError("another robot is in the way")
         low = arm.grip_height(part.type, slot.xy, tray.type.thickness_mm)
         arm.set_gripper(True)
-        yaws = finger_yaws(part.xy, self._others(part), arm.robot.open_mm, arm.neutral_yaw(part.xy))
+        yaws = arm.take_yaws(part.type, part.xy, part.yaw, self._others(part))
         yaw = approach(arm, part.xy, low + arm.approach_mm, yaws)
         if yaw is None:
             raise ActionError("the robot does not go there")
@@ -291,7 +297,9 @@ class ActionRun:
             raise ActionError("another robot is in the way")
         assert self.scene is not None and self.holding is not None
         others = [p.xy for p in self.scene.parts if p not in self.taken]
-        result = place_part(self.arm, self.holding, slot.xy, tray.type.thickness_mm, others)
+        result = place_part(
+            self.arm, self.holding, slot.xy, tray.type.thickness_mm, others, slot.yaw
+        )
         if result is not Placed.DONE:
             raise ActionError(f"the part is {result.value}")
         self.holding = None

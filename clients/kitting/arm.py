@@ -8,7 +8,7 @@ from typing import Callable, Sequence
 
 import cell as cells
 from crcl_robot import CrclRobot, RobotError
-from geometry import XY, distance_to_box, wrapped
+from geometry import XY, distance, distance_to_box, wrapped
 from report import Report
 from ros_robot import RosRobot
 from vision import Camera
@@ -26,10 +26,17 @@ _YAWS = 24  # yaws tried within half a turn
 
 
 def finger_yaws(target: XY, others: Sequence[XY], open_mm: float, neutral: float) -> list[float]:
-    """Yaws of the tool at which its open fingers, which move along its y, clear the pegs of all other
-    parts. The largest clearance comes first, then the least rotation of the wrist from `neutral`.
-    The gripper is symmetric, so a quarter turn to both sides of neutral covers all yaws.
-    """
+    """Yaws of the tool at which its open fingers clear the pegs of all other parts, the best first. The
+    gripper is symmetric, so a quarter turn to both sides of neutral covers all yaws."""
+    yaws = [neutral + math.pi * i / _YAWS for i in range(-_YAWS // 2, _YAWS // 2)]
+    return best_first(yaws, target, others, open_mm, neutral)
+
+
+def best_first(
+    yaws: Sequence[float], target: XY, others: Sequence[XY], open_mm: float, neutral: float
+) -> list[float]:
+    """The yaws of the tool by the clearance of its open fingers, which move along its y, from the pegs of
+    other parts: the largest comes first, then the least rotation of the wrist from `neutral`."""
 
     def clearance(yaw: float) -> float:
         least = _ENOUGH_MM
@@ -45,7 +52,6 @@ def finger_yaws(target: XY, others: Sequence[XY], open_mm: float, neutral: float
             least = min(least, away - _PEG_MM)
         return least
 
-    yaws = [neutral + math.pi * i / _YAWS for i in range(-_YAWS // 2, _YAWS // 2)]
     return sorted(yaws, key=lambda yaw: (-round(clearance(yaw)), abs(wrapped(yaw - neutral))))
 
 
@@ -68,6 +74,7 @@ class Arm:
             math.pi
         )  # tool yaw minus the direction of the arm, in the home posture
         self.at_home = False
+        self.grip: float | None = None  # yaw of the tool in the frame of the held part, if it matters
 
     @property
     def name(self) -> str:
@@ -99,6 +106,31 @@ class Arm:
             raise RobotError(f"nothing is known to stand at ({xy[0]:.0f}, {xy[1]:.0f}) mm")
         grip_mm = self.cell.gears[part_type].grip_mm
         return surface.top_mm + thickness_mm + grip_mm - self.robot.base_mm[2]
+
+    def take_yaws(self, part_type: str, xy: XY, part_yaw: float, others: list[XY]) -> list[float]:
+        """Yaws of the tool that take a part, the best first."""
+        others = [o for o in others if distance(o, xy) > 10]
+        grips, neutral = self._grips(part_type), self.neutral_yaw(xy)
+        if not grips:
+            return finger_yaws(xy, others, self.robot.open_mm, neutral)
+        yaws = [part_yaw + grip for grip in grips]
+        return best_first(yaws, xy, others, self.robot.open_mm, neutral)
+
+    def place_yaws(self, part_type: str, xy: XY, slot_yaw: float, others: list[XY]) -> list[float]:
+        """Yaws of the tool that place the held part, the best first. How it was gripped is not known
+        after a restart: then each grip is possible."""
+        others = [o for o in others if distance(o, xy) > 10]
+        grips, neutral = self._grips(part_type), self.neutral_yaw(xy)
+        if not grips:
+            return finger_yaws(xy, others, self.robot.open_mm, neutral)
+        turns = self.cell.gears[part_type].turns
+        held = grips if self.grip is None else [self.grip]
+        yaws = [slot_yaw + grip + 2 * math.pi * i / turns for grip in held for i in range(turns)]
+        return best_first(yaws, xy, others, self.robot.open_mm, neutral)
+
+    def _grips(self, part_type: str) -> list[float]:
+        """Yaws of the tool in the part's frame, with both ways round of the symmetric gripper."""
+        return [g + way for g in self.cell.gears[part_type].grips for way in (0.0, math.pi)]
 
     def neutral_yaw(self, xy: XY) -> float:
         base = self.robot.base_mm

@@ -25,6 +25,7 @@ class Slot:
     name: str
     part: str  # its gear type
     xy_mm: XY  # in the tray's frame
+    yaw: float = 0.0  # of a seated part in the tray's frame
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,8 @@ class GearType:
     disc_radius_mm: float
     mass_g: float
     grip_mm: float  # height of the tool point above the underside of a part in a tray, when it grips
+    grips: tuple[float, ...] = ()  # yaws of the tool in the part's frame with the pads on faces; () = any
+    turns: int = 1  # yaws within a turn at which the part fits its slot; parts with `grips` only
 
 
 @dataclass(frozen=True)
@@ -228,7 +231,15 @@ class _Table:
 
 def _gear(table: _Table) -> GearType:
     grip_mm = table.number("grip_mm") if "grip_mm" in table.values else _GRIP_MM
-    return GearType(table.name, table.number("disc_radius_mm"), table.number("mass_g"), grip_mm)
+    grips: tuple[float, ...] = ()
+    turns = 1
+    if "grip_deg" in table.values:
+        grips = tuple(map(math.radians, table.numbers("grip_deg")))
+        turns = table.get("turns", int)
+        if turns < 1:
+            raise table.fail("turns", "a number above 0")
+    radius_mm, mass_g = table.number("disc_radius_mm"), table.number("mass_g")
+    return GearType(table.name, radius_mm, mass_g, grip_mm, grips, turns)
 
 
 def _tray(table: _Table, gears: dict[str, GearType]) -> TrayType:
@@ -238,9 +249,10 @@ def _tray(table: _Table, gears: dict[str, GearType]) -> TrayType:
     slots = []
     listed = table.table("slots")
     for name, value in listed.values.items():
-        if not (isinstance(value, list) and len(value) == 3 and value[0] in gears):
-            raise listed.fail(name, "[type of part, x, y]")
-        slots.append(Slot(name, value[0], (float(value[1]), float(value[2]))))
+        if not (isinstance(value, list) and len(value) in (3, 4) and value[0] in gears):
+            raise listed.fail(name, "[type of part, x, y] or [type of part, x, y, degrees]")
+        yaw = math.radians(value[3]) if len(value) == 4 else 0.0
+        slots.append(Slot(name, value[0], (float(value[1]), float(value[2])), yaw))
     return TrayType(table.name, kind == "kit", table.number("thickness_mm"), tuple(slots))
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from enum import Enum
 
-from arm import FAST_MM_S, SLOW_MM_S, Arm, finger_yaws
+from arm import FAST_MM_S, SLOW_MM_S, Arm
 from crcl_robot import RobotError
-from geometry import XY, distance
+from geometry import XY
 from skill_take import approach
 
 DROP_MM = 0.5  # release height above the slot
@@ -20,13 +20,13 @@ class Placed(Enum):
 
 
 def place_part(
-    arm: Arm, part_type: str, xy: XY, thickness_mm: float, others: list[XY]
+    arm: Arm, part_type: str, xy: XY, thickness_mm: float, others: list[XY], slot_yaw: float = 0.0
 ) -> Placed:
-    """Place the held part in the slot at `xy`. The caller holds the space."""
+    """Place the held part in the slot at `xy`. `slot_yaw` matters for parts that are gripped by faces.
+    The caller holds the space."""
     low = arm.grip_height(part_type, xy, thickness_mm) + DROP_MM
     high = low + arm.approach_mm
-    others = [o for o in others if distance(o, xy) > 10]
-    yaw = approach(arm, xy, high, finger_yaws(xy, others, arm.robot.open_mm, arm.neutral_yaw(xy)))
+    yaw = approach(arm, xy, high, arm.place_yaws(part_type, xy, slot_yaw, others))
     if yaw is None:
         return Placed.REFUSED
     if not arm.holds():

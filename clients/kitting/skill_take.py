@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from enum import Enum
 
-from arm import FAST_MM_S, SLOW_MM_S, Arm, finger_yaws
+from arm import FAST_MM_S, SLOW_MM_S, Arm
 from crcl_robot import RobotError
-from geometry import XY, distance
+from geometry import XY
 
 YAW_TRIALS = 3
 
@@ -19,20 +19,25 @@ class Taken(Enum):
 
 
 def take_part(
-    arm: Arm, part_type: str, xy: XY, thickness_mm: float, others: list[XY], trial: int = 0
+    arm: Arm,
+    part_type: str,
+    xy: XY,
+    thickness_mm: float,
+    others: list[XY],
+    trial: int = 0,
+    part_yaw: float = 0.0,
 ) -> Taken:
     """Take the part at `xy` out of a tray. `others`: positions of other parts. Each trial grips with
-    another yaw. The caller holds the space."""
+    another yaw. `part_yaw` matters for parts that are gripped by faces. The caller holds the space."""
     low = arm.grip_height(part_type, xy, thickness_mm)
     high = low + arm.approach_mm
-    yaws = finger_yaws(
-        xy, [o for o in others if distance(o, xy) > 10], arm.robot.open_mm, arm.neutral_yaw(xy)
-    )
+    yaws = arm.take_yaws(part_type, xy, part_yaw, others)
     yaws = yaws[3 * trial :] or yaws
     arm.set_gripper(True)
     yaw = approach(arm, xy, high, yaws)
     if yaw is None:
         return Taken.REFUSED
+    arm.grip = yaw - part_yaw
     try:
         arm.move(xy, low, yaw, straight=True, speed_mm_s=SLOW_MM_S)
         arm.crcl.dwell(0.05)

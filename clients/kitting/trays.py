@@ -33,6 +33,7 @@ class Part:
     type: str
     xy: XY
     faulty: bool = False
+    yaw: float = 0.0
 
 
 @dataclass
@@ -41,6 +42,7 @@ class SlotView:
     xy: XY
     content: Content = Content.EMPTY
     part: Part | None = None
+    yaw: float = 0.0  # of a seated part
 
 
 @dataclass
@@ -107,7 +109,7 @@ class Scene:
                     slot.part, slot.content = None, Content.EMPTY
 
     def placed(self, carried: Part, target: SlotView) -> None:
-        part = replace(carried, xy=target.xy)
+        part = replace(carried, xy=target.xy, yaw=target.yaw)
         self.parts.append(part)
         target.part = part
         target.content = Content.RIGHT if part.type == target.slot.part else Content.WRONG
@@ -170,7 +172,7 @@ def associate(
     of tools, which may hold parts; `base`: trays of a type are numbered by their distance from it.
     """
     parts = [
-        Part(s.name, s.pose.xy, s.score < FAULTY_SCORE)
+        Part(s.name, s.pose.xy, s.score < FAULTY_SCORE, s.pose.yaw)
         for s in sightings
         if s.name in cell.gears and not any(distance(s.pose.xy, xy) < 40 for xy in ignored or ())
     ]
@@ -202,7 +204,7 @@ def _slots(
 ) -> list[SlotView]:
     views = []
     for slot in tray.slots:
-        view = SlotView(slot, pose.point(slot.xy_mm))
+        view = SlotView(slot, pose.point(slot.xy_mm), yaw=pose.yaw + slot.yaw)
         part = nearest(parts, lambda p: p.xy, view.xy)
         away = math.inf if part is None else distance(part.xy, view.xy)
         if part is not None and away < SEATED_MM:

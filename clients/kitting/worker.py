@@ -394,6 +394,7 @@ class Worker(threading.Thread):
             transfer.source_tray.type.thickness_mm,
             others,
             trial,
+            transfer.part.yaw,
         )
         if result is Taken.HELD:
             return transfer.source.content is not Content.WRONG or self._is_a(transfer, scene)
@@ -428,7 +429,7 @@ class Worker(threading.Thread):
         arm, xy = self.arm, target.xy
         arm.log("place", f"places it in {target.slot.name} at ({xy[0]:.0f}, {xy[1]:.0f})")
         result = place_part(
-            arm, part_type, xy, tray.type.thickness_mm, [p.xy for p in scene.parts]
+            arm, part_type, xy, tray.type.thickness_mm, [p.xy for p in scene.parts], target.yaw
         )
         if result is Placed.DONE:
             return True
@@ -466,7 +467,7 @@ class Worker(threading.Thread):
                         )
                         others = [p.xy for p in scene.parts]
                         result = place_part(
-                            arm, part_type, slot.xy, tray.type.thickness_mm, others
+                            arm, part_type, slot.xy, tray.type.thickness_mm, others, slot.yaw
                         )
                         if result in (Placed.DONE, Placed.LOST):
                             if avoid:

@@ -61,6 +61,17 @@ class OtherCellsTest(unittest.TestCase):
             # The holes are 0.025 mm wider than the pegs on each side; seated pegs may tilt in them.
             self.fill("taskboard", "fanuc", "board", trays, 0.05)
 
+    def test_keys_and_nuts_into_pockets_of_their_outlines(self):
+        chances = random.Random(3)
+        for _ in range(TRIALS):
+            trays = {
+                "board": (0.45 + chances.uniform(-0.03, 0.03), -0.1, chances.uniform(-20, 20)),
+                "rack": (0.45 + chances.uniform(-0.03, 0.03), 0.03, chances.uniform(-20, 20)),
+            }
+            # The pockets are 0.05 mm wider than the parts on each side. A part at another yaw stands on the
+            # mouth, where its distance is that of the depth.
+            self.fill("taskboard_keys", "fanuc", "board", trays, 0.2)
+
     def test_parts_of_four_kinds_by_vacuum(self):
         chances = random.Random(2)
         for _ in range(TRIALS):

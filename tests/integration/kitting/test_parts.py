@@ -611,6 +611,47 @@ class FingersTest(unittest.TestCase):
         self.assertAlmostEqual(arm.finger_yaws((0, 0), [], 20, 0.3)[0], 0.3)
 
 
+class FacesTest(unittest.TestCase):
+    """Parts that are gripped by faces and fit their slots at some yaws only."""
+
+    def setUp(self):
+        cell = cells.read_cell("taskboard_keys")
+        self.arm = arm.Arm(cell, cell.robots["fanuc"], None, None, None, None, threading.Event())
+
+    def test_the_pads_close_on_faces(self):
+        for name, step in (("sku_key_8", math.pi / 2), ("sku_nut_m8", math.pi / 3)):
+            yaws = self.arm.take_yaws(name, (400, 100), 0.3, [])
+            for yaw in yaws:
+                self.assertAlmostEqual(math.remainder(yaw - 0.3, step), 0)
+            turns = [abs(geometry.wrapped(yaw - self.arm.neutral_yaw((400, 100)))) for yaw in yaws]
+            self.assertEqual(turns, sorted(turns))
+            self.assertLessEqual(turns[0], step / 2 + 1e-9)
+
+    def test_the_part_comes_to_a_yaw_at_which_it_fits(self):
+        self.arm.grip = math.pi / 2
+        for name, turns in (("sku_key_8", 2), ("sku_nut_m8", 6)):
+            yaws = self.arm.place_yaws(name, (400, -100), 0.2, [])
+            self.assertEqual(len(yaws), turns)
+            for yaw in yaws:
+                part = yaw - self.arm.grip
+                self.assertAlmostEqual(math.remainder(part - 0.2, 2 * math.pi / turns), 0)
+
+    def test_slots_have_yaws(self):
+        cell = cells.read_cell("taskboard_keys")
+        scene = trays.associate([vision.Sighting("sku_key_board", "KT", Pose2(400, 0, 0.5), 6, 0)], cell)
+        slot = scene.trays[0].slot("keyway_8")
+        self.assertAlmostEqual(slot.yaw, 0.5 + math.radians(30))
+
+    def test_a_grip_needs_its_turns(self):
+        text = "[gears.a]\ndisc_radius_mm = 1\nmass_g = 1\ngrip_deg = [0]\n[trays]\n"
+        parts = written(text, ".toml")
+        self.addCleanup(parts[0].cleanup)
+        folder, path = written(f'parts = "{parts[1]}"\nclearance_mm = 1\nsurfaces = []\n[robots]\n', ".toml")
+        self.addCleanup(folder.cleanup)
+        with self.assertRaisesRegex(cells.CellError, "gears.a.turns: a whole number is expected"):
+            cells.read_cell(str(path))
+
+
 class SpaceTest(unittest.TestCase):
     def setUp(self):
         self.space = zones.Space(250)
