@@ -25,6 +25,7 @@
 #include "server/config/memory_shares.hpp"
 #include "server/config/version.hpp"
 #include "server/drafts/draft_builder.hpp"
+#include "server/drafts/scenario_checker.hpp"
 #include "server/journal/journal.hpp"
 #include "server/journal/run_header.hpp"
 #include "server/journal/state_files.hpp"
@@ -198,7 +199,8 @@ class Daemon::Impl {
         secure_maps_(map_source(config, true)),
         telemetry_(grpc_options(config), simulation_, simulation_),
         programs_(config, demo, security_.program_token),
-        drafts_(scene) {
+        drafts_(scene),
+        scenarios_(scene) {
     crcl_tap_.audit_to(security_.audit.get());
     modbus_tap_.audit_to(security_.audit.get());
     if (config.web.enabled) make_web(config, *scene);
@@ -262,6 +264,7 @@ class Daemon::Impl {
     if (history_) history_->stop();
     simulation_.stop_previews();
     drafts_.stop();
+    scenarios_.stop();
     if (web_) web_->stop();
     {
       std::vector<std::jthread> ending;
@@ -512,6 +515,7 @@ class Daemon::Impl {
     options.previews = &simulation_.previews();
     options.drafts = &drafts_;
     options.models = [this] { return models_of(*simulation_.scene()); };
+    options.scenarios = &scenarios_;
     options.listeners = [this] { return listeners(); };
     options.metrics = [this] { return metrics_text(metrics_sources()); };
     web_ = std::make_unique<web::WebServer>(std::move(options), simulation_, simulation_);
@@ -643,6 +647,7 @@ class Daemon::Impl {
   Ports all_ports_;  // of all at the start
   CellPrograms programs_;
   DraftBuilder drafts_;
+  ScenarioChecker scenarios_;
   std::unique_ptr<web::WebServer> web_;
   mutable std::mutex follow_mutex_;  // of what follows
   bool stopping_ = false;

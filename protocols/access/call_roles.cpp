@@ -72,6 +72,7 @@ constexpr std::array kRoles{
     CallRole{"aprsim.v1.ViewerRequest/watch", Role::kView},
     CallRole{"aprsim.v1.ViewerRequest/past", Role::kView},
     CallRole{"aprsim.v1.ViewerRequest/get_scene", Role::kView},
+    CallRole{"aprsim.v1.ViewerRequest/get_scenario", Role::kView},
     CallRole{"aprsim.v1.ViewerRequest/pause", Role::kOperate},
     CallRole{"aprsim.v1.ViewerRequest/resume", Role::kOperate},
     CallRole{"aprsim.v1.ViewerRequest/step", Role::kOperate},
@@ -93,6 +94,8 @@ constexpr std::array kRoles{
     CallRole{"aprsim.v1.ViewerRequest/report_event", Role::kInject},
     CallRole{"aprsim.v1.ViewerRequest/reset", Role::kAdmin},
     CallRole{"aprsim.v1.ViewerRequest/draft_scene", Role::kAdmin},
+    CallRole{"aprsim.v1.ViewerRequest/check_scenario", Role::kAdmin},
+    CallRole{"aprsim.v1.ViewerRequest/run_scenario", Role::kAdmin},
     CallRole{"aprsim.v1.ViewerRequest/start_program", Role::kAdmin},
     CallRole{"aprsim.v1.ViewerRequest/stop_program", Role::kAdmin},
 

@@ -45,6 +45,11 @@ class ProgramRunner {
   /// Refused while a program runs. The status reports its progress.
   [[nodiscard]] virtual Result<void> start(const std::string& name,
                                            std::optional<std::uint64_t> seed) = 0;
+  /// Runs a scenario's text, which has been checked for a run in this cell; `name` is one path
+  /// component. Refused as start().
+  [[nodiscard]] virtual Result<void> start_scenario(const std::string& name,
+                                                    const std::string& text,
+                                                    std::optional<std::uint64_t> seed) = 0;
   [[nodiscard]] virtual Result<void> stop() = 0;
   /// Never null; another one whenever something has changed.
   [[nodiscard]] virtual std::shared_ptr<const ProgramStatus> status() const = 0;

@@ -2,8 +2,6 @@
 
 #include <exception>
 #include <filesystem>
-#include <sys/resource.h>
-#include <unistd.h>
 #include <utility>
 #include <vector>
 
@@ -16,22 +14,12 @@
 namespace aprsim::server {
 namespace {
 
-/// Niceness of the thread; the daemon's other threads have 0.
-constexpr int kDraftNice = 10;
 constexpr std::size_t kMaxRobots = 16;  // of a draft; each reads a model
-
-tl::unexpected<Error> unavailable(const char* why) {
-  return fail(ErrorCode::kUnavailable, "draft", why);
-}
 
 }  // namespace
 
 DraftBuilder::DraftBuilder(std::shared_ptr<const scene::Scene> scene)
-    : scene_(std::move(scene)), sources_(scene_) {
-  thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
-}
-
-DraftBuilder::~DraftBuilder() { stop(); }
+    : scene_(std::move(scene)), sources_(scene_) {}
 
 web::SceneSource DraftBuilder::source_of(const api::CellDescription& cell) {
   const std::lock_guard lock(mutex_);
@@ -39,54 +27,18 @@ web::SceneSource DraftBuilder::source_of(const api::CellDescription& cell) {
 }
 
 void DraftBuilder::build(std::string text, std::string name, Answer answer) {
-  {
-    std::unique_lock lock(mutex_);
-    if (ended_ || waiting_.size() >= kMaxWaiting) {
-      const char* const why = ended_ ? "the daemon ends" : "too many drafts wait; try again later";
-      lock.unlock();
-      return answer(unavailable(why));
-    }
-    waiting_.push_back({std::move(text), std::move(name), std::move(answer)});
-  }
-  wake_.notify_one();
-}
-
-void DraftBuilder::stop() {
-  {
-    const std::lock_guard lock(mutex_);
-    ended_ = true;
-  }
-  thread_.request_stop();
-  if (thread_.joinable()) thread_.join();
-  std::deque<Request> waiting;
-  {
-    const std::lock_guard lock(mutex_);
-    waiting.swap(waiting_);
-  }
-  for (const Request& request : waiting) request.answer(unavailable("the daemon ends"));
-}
-
-void DraftBuilder::run(const std::stop_token& stop) {
-  // Linux counts niceness by thread.
-  ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kDraftNice);
-  while (true) {
-    Request next;
-    {
-      std::unique_lock lock(mutex_);
-      if (!wake_.wait(lock, stop, [this] { return !waiting_.empty(); }) || stop.stop_requested()) {
-        return;
-      }
-      next = std::move(waiting_.front());
-      waiting_.pop_front();
-    }
-    Result<web::SceneDraft> made = unavailable("the draft could not be built");
-    try {
-      made = make(next);
-    } catch (const std::exception& failure) {
-      made = fail(ErrorCode::kInvalidArgument, "scene", failure.what());
-    }
-    next.answer(std::move(made));
-  }
+  thread_.add({.run =
+                   [this, request = Request{std::move(text), std::move(name)}, answer] {
+                     Result<web::SceneDraft> made =
+                         fail(ErrorCode::kUnavailable, "draft", "the draft could not be built");
+                     try {
+                       made = make(request);
+                     } catch (const std::exception& failure) {
+                       made = fail(ErrorCode::kInvalidArgument, "scene", failure.what());
+                     }
+                     answer(std::move(made));
+                   },
+               .refuse = [answer](const Error& error) { answer(tl::unexpected(error)); }});
 }
 
 Result<web::SceneDraft> DraftBuilder::make(const Request& request) {

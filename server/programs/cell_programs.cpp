@@ -61,6 +61,8 @@ CellPrograms::CellPrograms(const Config& config, bool demo, std::string token) :
   ProgramsOptions options;
   if (const auto host = host_of(config)) {
     options.programs = known_programs(config.scene, *host, ports_path());
+    options.scenario_command = scenario_command(*host, ports_path());
+    options.directory = directory_;
   } else {
     options.refusal = "Listeners have different addresses, and programs know one.";
   }

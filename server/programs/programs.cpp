@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <csignal>
 #include <filesystem>
+#include <fstream>
 #include <utility>
 
 #include <spdlog/spdlog.h>
@@ -22,7 +23,13 @@ using process::ChildProcess;
 using SteadyClock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kPollPeriod{50};
+constexpr const char* kSeedOption = "--seed";
 constexpr std::size_t kBytesPerPoll = std::size_t{16} << 10;  // a flood waits in its pipe
+void remove_file(const std::string& file) {
+  std::error_code ignored;
+  if (!file.empty()) fs::remove(file, ignored);
+}
+
 /// Describes how a program has ended.
 std::string end_of(int code, bool was_stopped, bool killed) {
   if (killed) return "killed: it did not end on SIGTERM";
@@ -59,6 +66,7 @@ Programs::~Programs() { close(); }
 void Programs::close() {
   const std::lock_guard lock(mutex_);
   closed_ = stop_wanted_ = true;
+  if (wanted_) remove_file(wanted_->file);
   wanted_.reset();
   changed_.notify_all();
 }
@@ -86,13 +94,46 @@ Result<void> Programs::launch(const std::string& name, std::optional<std::uint64
   if (seed && program->seed_option.empty()) {
     return fail(ErrorCode::kInvalidArgument, "seed", name + " takes no seed");
   }
-  const std::lock_guard lock(mutex_);
-  if (closed_) return fail(ErrorCode::kUnavailable, "name", "the daemon is stopping");
-  if (busy_) {
-    return fail(ErrorCode::kFailedPrecondition, "name", status_->name + " runs; stop it first");
+  Start start{program->command};
+  if (seed) {
+    start.command.insert(start.command.end(), {program->seed_option, std::to_string(*seed)});
   }
-  wanted_ = program->command;
-  if (seed) wanted_->insert(wanted_->end(), {program->seed_option, std::to_string(*seed)});
+  const std::lock_guard lock(mutex_);
+  if (auto ready = check_free(); !ready) return ready;
+  begin(name, std::move(start));
+  return {};
+}
+
+Result<void> Programs::start_scenario(const std::string& name, const std::string& text,
+                                      std::optional<std::uint64_t> seed) {
+  if (!options_.refusal.empty() || options_.scenario_command.empty()) {
+    return fail(ErrorCode::kFailedPrecondition, "programs",
+                options_.refusal.empty() ? "No scenario can be run here." : options_.refusal);
+  }
+  const std::lock_guard lock(mutex_);
+  if (auto ready = check_free(); !ready) return ready;
+  const std::string file = options_.directory + "/" + name + ".yaml";
+  if (std::ofstream out(file); !(out << text << std::flush)) {
+    remove_file(file);
+    return fail(ErrorCode::kUnavailable, "text", "cannot write " + file);
+  }
+  Start start{options_.scenario_command, file};
+  start.command.push_back(file);
+  if (seed) start.command.insert(start.command.end(), {kSeedOption, std::to_string(*seed)});
+  begin(name, std::move(start));
+  return {};
+}
+
+/// Call it with the mutex locked.
+Result<void> Programs::check_free() const {
+  if (closed_) return fail(ErrorCode::kUnavailable, "name", "the daemon is stopping");
+  if (!busy_) return {};
+  return fail(ErrorCode::kFailedPrecondition, "name", status_->name + " runs; stop it first");
+}
+
+/// Call it with the mutex locked.
+void Programs::begin(const std::string& name, Start start) {
+  wanted_ = std::move(start);
   busy_ = true;
   stop_wanted_ = false;
   auto starting = std::make_shared<web::ProgramStatus>();
@@ -102,7 +143,6 @@ Result<void> Programs::launch(const std::string& name, std::optional<std::uint64
   starting->running = true;
   status_ = std::move(starting);
   changed_.notify_all();
-  return {};
 }
 
 Result<void> Programs::stop() {
@@ -132,12 +172,12 @@ void Programs::run() {
   while (true) {
     changed_.wait(lock, [this] { return wanted_.has_value() || closed_; });
     if (!wanted_) return;
-    const std::vector<std::string> command = *std::exchange(wanted_, std::nullopt);
+    const Start start = *std::exchange(wanted_, std::nullopt);
     web::ProgramStatus status = *status_;
     lock.unlock();
-    auto process =
-        ChildProcess::start(command, {options_.environment.begin(), options_.environment.end()}, "",
-                            ChildProcess::Pipes::kOutputAndErrors);
+    auto process = ChildProcess::start(start.command,
+                                       {options_.environment.begin(), options_.environment.end()},
+                                       "", ChildProcess::Pipes::kOutputAndErrors);
     if (process) {
       spdlog::info("programs: {} started", status.name);
       Child child{.process = std::move(*process),
@@ -149,6 +189,7 @@ void Programs::run() {
       status.failed = true;
       status.end_reason = process.error().message;
     }
+    remove_file(start.file);
     status.running = status.stopping = false;
     if (status.failed) {
       spdlog::warn("programs: {}: {}", status.name, status.end_reason);
@@ -197,6 +238,18 @@ void Programs::serve(Child& child) {
   status.end_reason = end_of(*code, status.stopping, child.killed);
 }
 
+std::vector<std::string> scenario_command(const std::string& host, const std::string& ports_file) {
+  return {process::program_beside("aprsim"),
+          "--ports-file",
+          ports_file,
+          "--host",
+          host,
+          "scenario",
+          "run",
+          "--attach",
+          "--progress"};
+}
+
 std::vector<Program> known_programs(const std::string& scene, const std::string& host,
                                     const std::string& ports_file) {
   std::vector<Program> all;
@@ -218,10 +271,9 @@ std::vector<Program> known_programs(const std::string& scene, const std::string&
     // `aprsim scenario` reports a scenario that cannot be read.
     if (!summary || summary->changes_parts) continue;
     if (!fs::equivalent(summary->scene_file, *file, status)) continue;
-    all.push_back({{name, summary->description, true},
-                   {process::program_beside("aprsim"), "--ports-file", ports_file, "--host", host,
-                    "scenario", "run", name, "--attach", "--progress"},
-                   "--seed"});
+    std::vector<std::string> command = scenario_command(host, ports_file);
+    command.push_back(name);
+    all.push_back({{name, summary->description, true}, std::move(command), kSeedOption});
   }
   return all;
 }

@@ -23,7 +23,10 @@ struct Program {
 
 struct ProgramsOptions {
   std::vector<Program> programs;
-  std::string refusal;  ///< why pages may neither start nor stop programs; empty = they may
+  /// Runs the scenario whose file and options follow; empty = none can be run.
+  std::vector<std::string> scenario_command;
+  std::string directory;  ///< private, for files of scenarios that pages send
+  std::string refusal;    ///< why pages may neither start nor stop programs; empty = they may
   std::map<std::string, std::string> environment;  ///< in addition to the daemon's
   /// Time from SIGTERM to SIGKILL; `last_patience` while the daemon is stopping.
   std::chrono::milliseconds patience{20'000}, last_patience{1'000};
@@ -43,6 +46,9 @@ class Programs final : public web::ProgramRunner {
 
   [[nodiscard]] Result<void> start(const std::string& name,
                                    std::optional<std::uint64_t> seed) override;
+  /// Errors, further: kFailedPrecondition where no scenario can be run; the file cannot be written.
+  [[nodiscard]] Result<void> start_scenario(const std::string& name, const std::string& text,
+                                            std::optional<std::uint64_t> seed) override;
   [[nodiscard]] Result<void> stop() override;
   [[nodiscard]] std::shared_ptr<const web::ProgramStatus> status() const override;
 
@@ -51,22 +57,32 @@ class Programs final : public web::ProgramRunner {
 
  private:
   struct Child;
+  struct Start {
+    std::vector<std::string> command;
+    std::string file = {};  ///< removed at the end; empty = none
+  };
   void run();
   void serve(Child& child);
   void publish(const web::ProgramStatus& status);
+  [[nodiscard]] Result<void> check_free() const;
+  void begin(const std::string& name, Start start);
   [[nodiscard]] const Program* find(const std::string& name) const;
 
   ProgramsOptions options_;
   mutable std::mutex mutex_;  // of what follows
   std::condition_variable changed_;
   std::shared_ptr<const web::ProgramStatus> status_;
-  std::optional<std::vector<std::string>> wanted_;  // to be started
+  std::optional<Start> wanted_;  // to be started
   bool busy_ = false, stop_wanted_ = false, closed_ = false;
   std::jthread thread_;  // last: it uses all of the above
 };
 
 /// Name of the kitting controller.
 inline constexpr const char* kDemo = "demo";
+
+/// The command that runs a scenario in the cell, without the scenario's name.
+[[nodiscard]] std::vector<std::string> scenario_command(const std::string& host,
+                                                        const std::string& ports_file);
 
 /// Programs for a cell with this scene (name or file): the kitting controller, if it knows the
 /// cell, and the shipped scenarios of the cell. They connect to `host` and the ports of the file.

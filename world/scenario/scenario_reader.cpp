@@ -27,6 +27,10 @@ constexpr std::array<std::string_view, 14> kKeys = {
     "description", "scene",           "cell", "program", "controller", "remove", "supply", "orders",
     "faults",      "kill_controller", "vary", "stop",    "expect",     "scoring"};
 
+/// Options of the controllers that scenarios from outside may have: they concern no files.
+constexpr std::array<std::string_view, 4> kSentOptions = {"--robots", "--patience", "--wires",
+                                                          "--no-belt"};
+
 /// Controllers in clients/kitting.
 constexpr std::array<std::string_view, 2> kPrograms = {"kitting", "pick"};
 
@@ -110,10 +114,11 @@ std::vector<std::string> names_of_kinds() {
 
 class Reader {
  public:
-  /// With `collects`, reading goes on after errors that leave a scene.
+  /// With `collects`, reading goes on after errors that leave a scene. `scope`: of a scenario from
+  /// outside.
   Reader(yaml::Document& document, std::string file, const scene::DataPaths& paths,
-         bool collects = false)
-      : document_(document), paths_(paths), collects_(collects) {
+         bool collects = false, const SentScope* scope = nullptr)
+      : document_(document), paths_(paths), collects_(collects), scope_(scope) {
     out_.file = std::move(file);
     out_.name = fs::path(out_.file).stem().string();
   }
@@ -147,6 +152,10 @@ class Reader {
     const std::string name = node.text();
     if (document_.is_recorded()) return Tree{.kind = Tree::Kind::kMap};
     if (document_.error() && name.empty()) return tl::unexpected(*document_.error());
+    if (scope_ != nullptr && is_file(name) && name != scope_->own_scene) {
+      node.unexpected("a shipped scene, or the daemon's: " + scope_->own_scene);
+      return tl::unexpected(*document_.error());
+    }
     const auto file = scene_of(name, out_.file, paths_);
     if (!file) return tl::unexpected(refer(node, file.error()));
     out_.scene_file = *file;
@@ -237,8 +246,21 @@ class Reader {
     return out;
   }
 
+  void check_sent_names(const yaml::Map& keys) const {
+    if (keys["cell"] && out_.cell.find_first_of("./") != std::string::npos) {
+      keys["cell"].unexpected("the name of a cell, not a file");
+    }
+    for (const yaml::Node& option : keys["controller"].items()) {
+      const std::string word = option.text();
+      if (word.starts_with('-') && std::ranges::find(kSentOptions, word) == kSentOptions.end()) {
+        option.unexpected("--robots, --patience, --wires or --no-belt in a scenario from a page");
+      }
+    }
+  }
+
   void read_names(const yaml::Map& keys) {
     out_.cell = keys["cell"].text_or(fs::path(out_.scene_file).stem().string());
+    if (scope_ != nullptr) check_sent_names(keys);
     if (const auto program = keys["program"]) {
       program.note_words(std::vector<std::string>(kPrograms.begin(), kPrograms.end()));
       out_.program = program.text();
@@ -400,6 +422,7 @@ class Reader {
   yaml::Document& document_;
   const scene::DataPaths& paths_;
   bool collects_;
+  const SentScope* scope_;
   Scenario out_;
 };
 
@@ -421,6 +444,18 @@ std::vector<Error> examine_scenario(const std::string& text, const std::string& 
   const auto scenario = Reader(*document, file, paths, true).read();
   if (!scenario && document->errors().empty()) return {scenario.error()};
   return document->errors();
+}
+
+ExaminedScenario examine_sent_scenario(const std::string& text, const SentScope& scope,
+                                       const scene::DataPaths& paths) {
+  constexpr const char* kFile = "scenario text";
+  auto document = yaml::Document::from_text(text, kFile);
+  if (!document) return {{std::move(document.error())}, std::nullopt};
+  document->collect_errors();
+  auto scenario = Reader(*document, kFile, paths, true, &scope).read();
+  if (scenario) return {{}, std::move(*scenario)};
+  if (document->errors().empty()) return {{scenario.error()}, std::nullopt};
+  return {document->errors(), std::nullopt};
 }
 
 yaml::KeySchema scenario_keys() {

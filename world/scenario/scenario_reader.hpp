@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,23 @@ namespace aprsim::scenario {
 /// the place of the text.
 [[nodiscard]] std::vector<Error> examine_scenario(const std::string& text, const std::string& file,
                                                   const scene::DataPaths& paths);
+
+/// A scenario from outside: it may name shipped scenes and `own_scene`, cells by name, and options
+/// of the controller that concern no files.
+struct SentScope {
+  std::string own_scene;  ///< absolute path of the daemon's scene
+};
+
+/// A scenario that is checked rather than loaded.
+struct ExaminedScenario {
+  std::vector<Error> errors;         ///< as of load_scenario, all that can be found in one reading
+  std::optional<Scenario> scenario;  ///< if there are none
+};
+
+/// Reads a scenario from outside. Errors name "scenario text" in place of a file.
+[[nodiscard]] ExaminedScenario examine_sent_scenario(const std::string& text,
+                                                     const SentScope& scope,
+                                                     const scene::DataPaths& paths);
 
 /// The keys of scenario files, recorded from their reader.
 [[nodiscard]] yaml::KeySchema scenario_keys();

@@ -31,11 +31,15 @@ bool is_awaited(const v1::ViewerRequest& request) {
   return concerns_faults(request) || resets_to_scene(request);
 }
 
+bool concerns_scenarios(const v1::ViewerRequest& request) {
+  return request.has_get_scenario() || request.has_check_scenario() || request.has_run_scenario();
+}
+
 /// Whether the answer comes later, or is another message than an outcome.
 bool answered_otherwise(const v1::ViewerRequest& request) {
   return request.jog().step() != 0 || request.has_past() || request.has_resume_from() ||
          request.has_preview() || request.has_get_scene() || request.has_draft_scene() ||
-         is_awaited(request);
+         concerns_scenarios(request) || is_awaited(request);
 }
 
 void send_outcome(Viewer& viewer, std::uint32_t id, const Result<void>& done) {
@@ -60,7 +64,8 @@ ViewerRequests::ViewerRequests(Context context, Events events)
       events_(std::move(events)),
       past_(context.options, context.instance_id),
       previews_(context.options.previews),
-      drafts_(context.options, context.instance_id) {
+      drafts_(context.options, context.instance_id),
+      scenarios_(context.options) {
   follow_robots(context_.source.latest()->cell);
 }
 
@@ -117,6 +122,7 @@ Result<void> ViewerRequests::execute(Viewer& viewer, const v1::ViewerRequest& re
     const auto& name = context_.source.latest()->cell->scene;
     return allowed ? drafts_.build(viewer.id(), request, name) : allowed;
   }
+  if (concerns_scenarios(request)) return execute_scenario(viewer, request, allowed);
   const auto done = allowed ? command(viewer, request) : allowed;
   record(context_.options, *context_.source.latest()->cell, viewer, request, done);
   return done;
@@ -210,6 +216,7 @@ void ViewerRequests::answer_waiting(const api::Snapshot& snapshot) {
   for (const PastRequests::Answer& answer : past_.take_answers()) answer_past(answer);
   for (const PreviewRequests::Answer& answer : previews_.take_answers()) answer_preview(answer);
   for (const DraftRequests::Answer& answer : drafts_.take_answers()) answer_draft(answer);
+  for (const auto& answer : scenarios_.take_answers()) answer_scenario(answer);
 }
 
 void ViewerRequests::answer_awaited(const api::Snapshot& snapshot) {
@@ -274,6 +281,42 @@ void ViewerRequests::answer_draft(const DraftRequests::Answer& answer) {
   viewer->send(update);
 }
 
+/// A run is recorded with its outcome.
+Result<void> ViewerRequests::execute_scenario(Viewer& viewer, const v1::ViewerRequest& request,
+                                              Result<void> done) {
+  if (request.has_get_scenario()) return done ? send_scenario(viewer, request) : done;
+  if (done) done = scenarios_.check(viewer.id(), request);
+  if (!done && request.has_run_scenario()) {
+    record(context_.options, *context_.source.latest()->cell, viewer, request, done);
+  }
+  return done;
+}
+
+Result<void> ViewerRequests::send_scenario(Viewer& viewer, const v1::ViewerRequest& request) {
+  v1::ViewerUpdate update;
+  update.mutable_scenario()->set_id(request.id());
+  const auto written =
+      scenarios_.write_source(request.get_scenario().name(), *update.mutable_scenario());
+  if (written) viewer.send(update);
+  return written;
+}
+
+void ViewerRequests::answer_scenario(const ScenarioRequests::Answer& answer) {
+  const auto viewer = context_.viewers.find(answer.viewer);
+  if (!viewer) return;
+  if (answer.request.has_run_scenario()) {
+    const auto done = scenarios_.run(answer);
+    record(context_.options, *context_.source.latest()->cell, *viewer, answer.request, done);
+    return send_outcome(*viewer, answer.request.id(), done);
+  }
+  if (!answer.check) {
+    return send_outcome(*viewer, answer.request.id(), tl::unexpected(answer.check.error()));
+  }
+  v1::ViewerUpdate update;
+  ScenarioRequests::write(answer, *update.mutable_scenario_check());
+  viewer->send(update);
+}
+
 void ViewerRequests::resume(const PastRequests::Answer& answer, Viewer& viewer) {
   const auto ticket = context_.sink.submit(
       {context_.options.listener.endpoint,
@@ -294,6 +337,7 @@ void ViewerRequests::forget(const Viewer& viewer) {
   past_.forget(viewer.id());
   previews_.forget(viewer.id());
   drafts_.forget(viewer.id());
+  scenarios_.forget(viewer.id());
 }
 
 }  // namespace aprsim::web

@@ -13,6 +13,7 @@
 #include "protocols/web/viewer/draft_requests.hpp"
 #include "protocols/web/viewer/past_requests.hpp"
 #include "protocols/web/viewer/preview_requests.hpp"
+#include "protocols/web/viewer/scenario_requests.hpp"
 #include "protocols/web/viewer/viewer_access.hpp"
 #include "protocols/web/viewer/viewers.hpp"
 
@@ -80,6 +81,10 @@ class ViewerRequests {
   void answer_preview(const PreviewRequests::Answer& answer);
   [[nodiscard]] Result<void> send_scene(Viewer& viewer, std::uint32_t id);
   void answer_draft(const DraftRequests::Answer& answer);
+  [[nodiscard]] Result<void> execute_scenario(Viewer& viewer, const v1::ViewerRequest& request,
+                                              Result<void> done);
+  [[nodiscard]] Result<void> send_scenario(Viewer& viewer, const v1::ViewerRequest& request);
+  void answer_scenario(const ScenarioRequests::Answer& answer);
   void resume(const PastRequests::Answer& answer, Viewer& viewer);
 
   Context context_;
@@ -90,6 +95,7 @@ class ViewerRequests {
   PastRequests past_;
   PreviewRequests previews_;
   DraftRequests drafts_;
+  ScenarioRequests scenarios_;
 };
 
 }  // namespace aprsim::web

@@ -14,6 +14,7 @@
 #include "protocols/ports/camera_pictures.hpp"
 #include "protocols/ports/incident_source.hpp"
 #include "protocols/ports/program_runner.hpp"
+#include "protocols/ports/scenario_drafts.hpp"
 #include "protocols/ports/scene_drafts.hpp"
 #include "protocols/record/wire_tap.hpp"
 #include "protocols/web/topics/listener_count.hpp"
@@ -68,6 +69,7 @@ struct WebServerOptions {
   api::History* history = nullptr;        ///< must outlive the server; null = no history
   api::MovePreviews* previews = nullptr;  ///< must outlive the server; null = no previews
   SceneDrafts* drafts = nullptr;          ///< must outlive the server; null = no scene is edited
+  ScenarioDrafts* scenarios = nullptr;    ///< must outlive the server; null = none is edited
   std::function<std::vector<ListenerCount>()> listeners;  ///< called on the server's thread
   /// Text of /metrics in Prometheus' format; called on the server's thread. Null: 404.
   std::function<std::string()> metrics = {};

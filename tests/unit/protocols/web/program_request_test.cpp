@@ -15,6 +15,12 @@ class NotedPrograms final : public web::ProgramRunner {
     if (name == "busy") return fail(ErrorCode::kFailedPrecondition, "name", "demo runs");
     return {};
   }
+  Result<void> start_scenario(const std::string& name, const std::string& text,
+                              std::optional<std::uint64_t> seed) override {
+    const std::lock_guard lock(mutex_);
+    asked_.push_back("scenario " + name + " " + text + (seed ? " " + std::to_string(*seed) : ""));
+    return {};
+  }
   Result<void> stop() override {
     const std::lock_guard lock(mutex_);
     asked_.emplace_back("stop");

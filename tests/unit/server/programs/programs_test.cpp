@@ -103,6 +103,36 @@ TEST_F(ProgramsTest, RefusesWhatCannotBe) {
   EXPECT_FALSE(programs->status()->failed);
 }
 
+TEST_F(ProgramsTest, AScenarioOfAPageRunsFromAFileThatGoesWithIt) {
+  const test::TemporaryDirectory directory;
+  ProgramsOptions options;
+  options.programs = {shell("job", "true")};
+  options.scenario_command = {"/bin/sh", "-c", R"(cat "$1"; echo "$2 $3"; echo "$1")", "sh"};
+  options.directory = directory.path();
+  programs = std::make_unique<Programs>(std::move(options));
+  ASSERT_TRUE(programs->start_scenario("mine", "description: this one\n", 6));
+  EXPECT_EQ(programs->status()->name, "mine");
+  EXPECT_EQ(programs->start_scenario("other", "", {}).error().message, "mine runs; stop it first");
+  ASSERT_TRUE(ended());
+  EXPECT_EQ(programs->status()->lines,
+            (std::vector<std::string>{"description: this one", "--seed 6",
+                                      std::string(directory.path()) + "/mine.yaml"}));
+  EXPECT_TRUE(std::filesystem::is_empty(directory.path()));
+  ASSERT_TRUE(programs->start("job", {}));
+  ASSERT_TRUE(ended());
+}
+
+TEST_F(ProgramsTest, AScenarioOfAPageRunsOnlyWhereProgramsDo) {
+  with({shell("job", "true")});
+  EXPECT_EQ(programs->start_scenario("mine", "", {}).error().message,
+            "No scenario can be run here.");
+  ProgramsOptions options;
+  options.scenario_command = {"/bin/true"};
+  options.refusal = "not from here";
+  programs = std::make_unique<Programs>(std::move(options));
+  EXPECT_EQ(programs->start_scenario("mine", "", {}).error().message, "not from here");
+}
+
 TEST_F(ProgramsTest, PagesNeitherStartNorStopWhereTheyMayNot) {
   ProgramsOptions options;
   options.programs = {shell("waits", "exec sleep 1000")};
