@@ -86,8 +86,12 @@ async function bundle() {
   });
   for (const name of readdirSync(join(here, 'static')))
     cpSync(join(here, 'static', name), join(out, name));
-  // For the fields of the scene editor.
+  // For the fields of the editors.
   cpSync(join(here, '../../world/scenes/scene.schema.json'), join(out, 'scene.schema.json'));
+  cpSync(
+    join(here, '../../world/scenarios/scenario.schema.json'),
+    join(out, 'scenario.schema.json')
+  );
   const licences = ['three', 'urdf-loader', 'uplot', 'yaml', '@bufbuild/protobuf'].map((name) => {
     const folder = join(here, 'node_modules', name);
     const file = readdirSync(folder).find((entry) => /^licen[cs]e/i.test(entry));

@@ -6,13 +6,22 @@ import {
   type MovePreview,
   type Outcome,
   type PastSnapshot,
+  type ScenarioCheck,
+  type ScenarioSource,
   type SceneDraft,
   type SceneSource,
   type ViewerUpdate
 } from './protocol';
 
 type Body = Exclude<MessageInitShape<typeof ViewerRequestSchema>['body'], undefined>;
-type Answer = Outcome | PastSnapshot | MovePreview | SceneSource | SceneDraft;
+type Answer =
+  | Outcome
+  | PastSnapshot
+  | MovePreview
+  | SceneSource
+  | SceneDraft
+  | ScenarioSource
+  | ScenarioCheck;
 
 const kLongestPause_ms = 4000;
 const kWatch_ms = 1000;
@@ -94,6 +103,26 @@ export class Connection {
     throw new Error('the daemon sent no draft');
   }
 
+  /** A shipped scenario; with an empty name the names of all. */
+  async scenarioSource(name: string): Promise<ScenarioSource> {
+    const answer = await this.exchange({case: 'getScenario', value: {name}}, kBuildPatience_ms);
+    if (answer.$typeName === 'aprsim.v1.ScenarioSource') return answer;
+    throw new Error('the daemon sent no scenario');
+  }
+
+  /** Has a scenario checked, without running it. */
+  async checkScenario(text: string): Promise<ScenarioCheck> {
+    const answer = await this.exchange({case: 'checkScenario', value: {text}}, kBuildPatience_ms);
+    if (answer.$typeName === 'aprsim.v1.ScenarioCheck') return answer;
+    throw new Error('the daemon sent no result');
+  }
+
+  /** Has a scenario checked and started. */
+  async runScenario(name: string, text: string, seed?: bigint): Promise<void> {
+    const value = {name, text, ...(seed === undefined ? {} : {seed})};
+    await this.exchange({case: 'runScenario', value}, kBuildPatience_ms);
+  }
+
   private async exchange(body: Body, patience_ms: number): Promise<Answer> {
     const id = this.nextId++;
     const answer = await new Promise<Answer>((resolve, reject) => {
@@ -138,6 +167,8 @@ export class Connection {
         case 'preview':
         case 'scene':
         case 'draft':
+        case 'scenario':
+        case 'scenarioCheck':
           this.waiting.get(body.value.id)?.resolve(body.value);
           this.waiting.delete(body.value.id);
       }

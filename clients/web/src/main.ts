@@ -1,5 +1,6 @@
 import {EditorPanel} from './editor/editor_panel';
 import {makeView, type Layers} from './scene/cell_view';
+import {ScenarioPanel} from './scenario_editor/scenario_panel';
 import {State} from './state';
 import {Access} from './ui/access';
 import {CameraPanel} from './ui/camera_panel';
@@ -56,7 +57,8 @@ Object.assign(stage, {charts}); // read by tests, as the view is
 const faults = new FaultPanel(state);
 const injected = new InjectedCard(state, access);
 const programs = new Programs(state);
-const runCard = new RunCard(state, access, programs);
+const scenarioPanel = new ScenarioPanel(state, access, programs);
+const runCard = new RunCard(state, access, programs, (name) => void scenarioPanel.begin(name));
 const scenarios = h(
   'div',
   {class: 'panel'},
@@ -181,6 +183,7 @@ const shortcuts = new Shortcuts(
   [
     () => robots.some((panel) => panel.closePreview()),
     () => pick.close(),
+    () => scenarioPanel.close(),
     () => editor.close(),
     () => crcl.closeDetail() || modbus.closeDetail(),
     () => start.close()
@@ -276,6 +279,7 @@ document
   .replaceChildren(
     toolbar.element,
     stage,
+    scenarioPanel.element,
     h('div', {class: 'lines'}, historyLine.element, new FaultTimeline(state).element),
     h(
       'aside',

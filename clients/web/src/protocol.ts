@@ -60,6 +60,8 @@ export type {
   Outcome,
   Permission,
   RegisterInfo,
+  ScenarioCheck,
+  ScenarioSource,
   SceneDraft,
   SceneSource,
   ServerStatus,

@@ -53,7 +53,7 @@ export class SceneText {
     const [first] = this.document.errors;
     if (first) return first.message.split('\n')[0]!;
     const {contents} = this.document;
-    return contents === null || isMap(contents) ? '' : 'a scene is a map of keys';
+    return contents === null || isMap(contents) ? '' : 'expected a map of keys';
   }
 
   /** The value at a path; undefined where there is none. */

@@ -2,7 +2,8 @@
 import {BodyKind, type CellDescription} from '../protocol';
 import {h} from './dom';
 
-const kLabels: Record<string, string> = {
+/** Labels of the words of targets' patterns. */
+export const kLabels: Record<string, string> = {
   ROBOT: 'robot',
   NUMBER: 'joint',
   GEAR: 'gear',
@@ -12,7 +13,8 @@ const kLabels: Record<string, string> = {
   CAMERA: 'camera'
 };
 
-function namesOf(word: string, cell: CellDescription, robot: number): string[] {
+/** Names in the cell for a word of a target's pattern. */
+export function namesOf(word: string, cell: CellDescription, robot: number): string[] {
   const bodies = (...kinds: BodyKind[]): string[] =>
     cell.bodies.filter(({kind}) => kinds.includes(kind)).map(({name}) => name);
   switch (word) {

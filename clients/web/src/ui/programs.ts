@@ -9,12 +9,19 @@ export class Programs {
 
   /** Why this program cannot be started; empty where it can. */
   refusal(name: string): string {
+    const refusal = this.anyRefusal();
+    const offers = this.state.programs?.offers ?? [];
+    return refusal || offers.some((offer) => offer.name === name)
+      ? refusal
+      : 'This scene does not offer it.';
+  }
+
+  /** Why no program can be started; empty where one can. */
+  anyRefusal(): string {
     const status = this.state.programs;
     if (!status) return 'Waiting for the daemon.';
     if (status.refusal) return status.refusal;
-    if (status.running) return `${status.name} is running; stop it first.`;
-    if (!status.offers.some((offer) => offer.name === name)) return 'This scene does not offer it.';
-    return '';
+    return status.running ? `${status.name} is running; stop it first.` : '';
   }
 
   /** Starts a program; rejects with the daemon's reason. In a paused cell it offers to resume first. */
@@ -24,6 +31,12 @@ export class Programs {
       case: 'startProgram',
       value: {name, ...(seed === undefined ? {} : {seed})}
     });
+  }
+
+  /** Starts a scenario by its text; rejects with the daemon's reason. */
+  async startScenario(name: string, text: string, seed?: bigint): Promise<void> {
+    if (this.state.live?.paused && !(await this.offerToResume(name))) return;
+    await this.state.connection.runScenario(name, text, seed);
   }
 
   async stop(): Promise<void> {

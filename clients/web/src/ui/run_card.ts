@@ -42,7 +42,8 @@ export class RunCard {
   constructor(
     private readonly state: State,
     private readonly access: Access,
-    private readonly programs: Programs
+    private readonly programs: Programs,
+    edit: (name: string) => void
   ) {
     this.waits = h(
       'div',
@@ -75,13 +76,31 @@ export class RunCard {
       false,
       'admin'
     );
+    const editing = (
+      [
+        ['Edit', 'edit-scenario', 'Opens this scenario in the editor', () => this.choice.value],
+        [
+          'Scenario editor',
+          'scenario-editor',
+          'Begins a scenario, or goes on with the last',
+          () => ''
+        ]
+      ] as const
+    ).map(([label, id, title, name]) =>
+      access.guard(
+        button(label, () => edit(name()), {'data-testid': id, title}),
+        undefined,
+        true,
+        'admin'
+      )
+    );
     this.choice.addEventListener('change', () => this.describe());
     this.element = card(
       'Demo and scenarios',
       h('div', {class: 'row'}, demo, stop, this.now),
       h('fieldset', {}, h('label', {}, 'scenario', this.choice), h('label', {}, 'seed', this.seed)),
       this.description,
-      h('div', {class: 'row'}, run),
+      h('div', {class: 'row'}, run, ...editing),
       this.complaint,
       this.waits,
       this.orders,
