@@ -24,6 +24,8 @@ const guarded = [
   'jog fanuc joint 1 plus',
   'run-demo',
   'run-scenario',
+  'edit-scenario',
+  'scenario-editor',
   'stop-program',
   'inject'
 ];
