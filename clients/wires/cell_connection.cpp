@@ -10,9 +10,11 @@
 #include <grpcpp/create_channel.h>
 #include <grpcpp/support/channel_arguments.h>
 
+#include "aprsim/v1/camera_service.grpc.pb.h"
 #include "aprsim/v1/control_service.grpc.pb.h"
 #include "aprsim/v1/journal_service.grpc.pb.h"
 #include "aprsim/v1/telemetry_service.grpc.pb.h"
+#include "aprsim/v1/trajectory_service.grpc.pb.h"
 #include "world/base/utf8.hpp"
 
 namespace aprsim::client {
@@ -99,6 +101,8 @@ struct CellConnection::Stubs {
       : telemetry(channel),
         journal(channel),
         control(channel),
+        cameras(channel),
+        trajectories(channel),
         token(std::move(with_token)),
         timeout(with_timeout) {}
 
@@ -152,6 +156,8 @@ struct CellConnection::Stubs {
   v1::TelemetryService::Stub telemetry;
   v1::JournalService::Stub journal;
   v1::ControlService::Stub control;
+  v1::CameraService::Stub cameras;
+  v1::TrajectoryService::Stub trajectories;
   const std::string token;
   const std::chrono::milliseconds timeout;  ///< of a call
 };
@@ -173,6 +179,21 @@ Outcome<void> read_all(grpc::ClientContext& context, grpc::ClientReader<Response
   const grpc::Status status = reader.Finish();
   if (!status.ok()) return tl::unexpected(failure_of(status, address));
   return {};
+}
+
+/// The next tag of the queue. `given_up` is set, and the call cancelled, once `cancelled` says
+/// true.
+bool next_tag(grpc::CompletionQueue& queue, grpc::ClientContext& context,
+              const Cancelled& cancelled, bool& given_up) {
+  void* tag = nullptr;
+  bool ok = false;
+  while (queue.AsyncNext(&tag, &ok, std::chrono::system_clock::now() + kCancellationPeriod) ==
+         grpc::CompletionQueue::TIMEOUT) {
+    if (given_up || !is_cancelled(cancelled)) continue;
+    given_up = true;
+    context.TryCancel();
+  }
+  return ok;
 }
 
 template <typename Response>
@@ -225,6 +246,42 @@ Outcome<void> CellConnection::events(
   stubs_->prepare(context);
   const auto reader = stubs_->telemetry.StreamEvents(&context, request);
   return read_all(context, *reader, show, address_);
+}
+
+Outcome<void> CellConnection::images(
+    const v1::StreamImagesRequest& request,
+    const std::function<bool(const v1::StreamImagesResponse&)>& show) {
+  if (auto wrong = wrong_text(request)) return tl::unexpected(*std::move(wrong));
+  grpc::ClientContext context;
+  stubs_->prepare(context);
+  const auto reader = stubs_->cameras.StreamImages(&context, request);
+  return read_all(context, *reader, show, address_);
+}
+
+Outcome<void> CellConnection::follow(
+    const v1::FollowJointTrajectoryRequest& request,
+    const std::function<void(const v1::FollowJointTrajectoryResponse&)>& show,
+    const Cancelled& cancelled) {
+  if (auto wrong = wrong_text(request)) return tl::unexpected(*std::move(wrong));
+  grpc::ClientContext context;
+  stubs_->prepare(context);
+  grpc::CompletionQueue queue;
+  bool given_up = false;
+  const auto reader =
+      stubs_->trajectories.AsyncFollowJointTrajectory(&context, request, &queue, nullptr);
+  bool open = next_tag(queue, context, cancelled, given_up);
+  while (open) {
+    v1::FollowJointTrajectoryResponse response;
+    reader->Read(&response, nullptr);
+    open = next_tag(queue, context, cancelled, given_up);
+    if (open) show(response);
+  }
+  grpc::Status status;
+  reader->Finish(&status, nullptr);
+  next_tag(queue, context, cancelled, given_up);
+  if (status.ok()) return {};
+  if (given_up) return failed(FailureKind::kInterrupted, "cancelled");
+  return tl::unexpected(failure_of(status, address_));
 }
 
 Outcome<v1::Receipt> CellConnection::pause() {

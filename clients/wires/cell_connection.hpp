@@ -8,9 +8,11 @@
 #include <span>
 #include <string>
 
+#include "aprsim/v1/camera_service.pb.h"
 #include "aprsim/v1/control_service.pb.h"
 #include "aprsim/v1/journal_service.pb.h"
 #include "aprsim/v1/telemetry_service.pb.h"
+#include "aprsim/v1/trajectory_service.pb.h"
 #include "clients/wires/cancellation.hpp"
 #include "clients/wires/endpoints.hpp"
 #include "clients/wires/outcome.hpp"
@@ -49,6 +51,17 @@ class CellConnection {
   [[nodiscard]] Outcome<void> events(
       const v1::StreamEventsRequest& request,
       const std::function<bool(const v1::StreamEventsResponse&)>& show);
+
+  /// Calls `show` with each picture until it returns false; has no deadline.
+  [[nodiscard]] Outcome<void> images(
+      const v1::StreamImagesRequest& request,
+      const std::function<bool(const v1::StreamImagesResponse&)>& show);
+  /// Moves a robot along a trajectory: calls `show` with each response until the result, which is
+  /// the last one; has no deadline. kInterrupted if cancelled: the daemon then stops the robot.
+  [[nodiscard]] Outcome<void> follow(
+      const v1::FollowJointTrajectoryRequest& request,
+      const std::function<void(const v1::FollowJointTrajectoryResponse&)>& show,
+      const Cancelled& cancelled);
 
   /// Stops taking steps.
   [[nodiscard]] Outcome<v1::Receipt> pause();
