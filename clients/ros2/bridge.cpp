@@ -31,14 +31,27 @@ class FrameSelection {
   double sum_ = 1;
 };
 
+void set_cell(const BridgeParts& parts, const client::Endpoints& daemon,
+              const v1::CellDescription& cell) {
+  parts.publisher.set_cell(cell);
+  parts.actions.set_cell(daemon, cell);
+}
+
+/// Publishes a snapshot. Throws errors of the parts' threads.
+void publish(const BridgeParts& parts, const v1::Snapshot& snapshot, bool with_frames) {
+  parts.actions.check();
+  parts.actions.set_time(snapshot.sim_time());
+  parts.publisher.publish(snapshot, with_frames);
+}
+
 /// Publishes until the stream ends or is cancelled. Sets `connected` once the daemon has answered.
 client::Outcome<void> publish_cell(const BridgeOptions& options, const client::Endpoints& endpoints,
-                                   CellPublisher& publisher, const client::Cancelled& cancelled,
+                                   const BridgeParts& parts, const client::Cancelled& cancelled,
                                    bool& connected) {
   client::CellConnection connection(endpoints);
   auto cell = connection.cell();
   if (!cell) return tl::unexpected(cell.error());
-  publisher.set_cell(*cell);
+  set_cell(parts, endpoints, *cell);
   connected = true;
   std::cout << fmt::format("aprsim-ros2: publishing scene {} of {}: {} robots, {} bodies\n",
                            cell->scene(), client::host_and_port(endpoints.host, endpoints.grpc),
@@ -56,10 +69,10 @@ client::Outcome<void> publish_cell(const BridgeOptions& options, const client::E
         read = tl::unexpected(cell.error());
         return false;
       }
-      publisher.set_cell(*cell);
+      set_cell(parts, endpoints, *cell);
     }
     revision = snapshot.revision();
-    publisher.publish(snapshot, frames.next());
+    publish(parts, snapshot, frames.next());
     return true;
   });
   return read ? done : read;
@@ -67,7 +80,7 @@ client::Outcome<void> publish_cell(const BridgeOptions& options, const client::E
 
 }  // namespace
 
-client::Outcome<void> run_bridge(const BridgeOptions& options, CellPublisher& publisher,
+client::Outcome<void> run_bridge(const BridgeOptions& options, const BridgeParts& parts,
                                  const client::Cancelled& cancelled) {
   std::string reported;
   bool is_first = true;
@@ -78,9 +91,10 @@ client::Outcome<void> run_bridge(const BridgeOptions& options, CellPublisher& pu
     is_first = false;
     bool connected = false;
     client::Outcome<void> done =
-        endpoints ? publish_cell(options, *endpoints, publisher, cancelled, connected)
+        endpoints ? publish_cell(options, *endpoints, parts, cancelled, connected)
                   : client::Outcome<void>(tl::unexpected(endpoints.error()));
     if (client::is_cancelled(cancelled)) break;
+    parts.actions.disconnect();
     const std::string cause = done ? "the daemon has ended its stream" : done.error().message;
     if (connected || cause != reported) std::cerr << "aprsim-ros2: " << cause << "; trying again\n";
     reported = cause;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "clients/ros2/publisher.hpp"
+#include "clients/ros2/trajectory_actions.hpp"
 #include "clients/wires/cancellation.hpp"
 #include "clients/wires/endpoints.hpp"
 
@@ -13,11 +14,18 @@ struct BridgeOptions {
   double tf_rate_hz = 20;  ///< moving frames, at most the rate above
 };
 
-/// Publishes the daemon's cell until cancelled. A daemon that goes away is reported and tried again
-/// each second. One line on standard output tells each connection. Failures: kUsage, for endpoints
-/// that are wrong at the start. Throws std::runtime_error if DDS fails.
+/// The parts of the node that have a cell.
+struct BridgeParts {
+  CellPublisher& publisher;
+  TrajectoryActions& actions;
+};
+
+/// Publishes the daemon's cell, and serves its actions, until cancelled. A daemon that
+/// goes away is reported and tried again each second. One line on standard output tells each
+/// connection. Failures: kUsage, for endpoints that are wrong at the start. Throws
+/// std::runtime_error if DDS fails.
 [[nodiscard]] client::Outcome<void> run_bridge(const BridgeOptions& options,
-                                               CellPublisher& publisher,
+                                               const BridgeParts& parts,
                                                const client::Cancelled& cancelled);
 
 }  // namespace aprsim::ros2

@@ -8,6 +8,7 @@
 #include "clients/ros2/bridge.hpp"
 #include "clients/ros2/dds/node.hpp"
 #include "clients/ros2/options.hpp"
+#include "clients/ros2/trajectory_actions.hpp"
 
 namespace {
 
@@ -23,8 +24,9 @@ extern "C" void on_signal(int signal) {
 int run(const aprsim::ros2::Options& options) {
   aprsim::ros2::Node node(options.domain, options.ros_namespace, "aprsim");
   aprsim::ros2::CellPublisher publisher(node, options.ros_namespace);
-  const auto done =
-      aprsim::ros2::run_bridge(options.bridge, publisher, [] { return stop_requested.load(); });
+  aprsim::ros2::TrajectoryActions actions(node, options.ros_namespace);
+  const auto done = aprsim::ros2::run_bridge(options.bridge, {publisher, actions},
+                                             [] { return stop_requested.load(); });
   if (done) return 0;
   std::cerr << "aprsim-ros2: " << done.error().message << '\n';
   return 2;

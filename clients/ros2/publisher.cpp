@@ -11,7 +11,6 @@
 namespace aprsim::ros2 {
 namespace {
 
-constexpr int kDepth = 10;  // samples that a slow reader may ask for again
 constexpr int kFramesDepth = 100;
 
 }  // namespace
@@ -19,11 +18,10 @@ constexpr int kFramesDepth = 100;
 CellPublisher::CellPublisher(Node& node, std::string ros_namespace)
     : node_(node),
       namespace_(std::move(ros_namespace)),
-      clock_(node.create_writer("/clock", clock_type(), kDepth, Durability::kVolatile)),
-      joints_(node.create_writer(absolute("joint_states"), joint_state_type(), kDepth,
-                                 Durability::kVolatile)),
-      frames_(node.create_writer("/tf", tf_type(), kFramesDepth, Durability::kVolatile)),
-      fixed_frames_(node.create_writer("/tf_static", tf_type(), 1, Durability::kTransientLocal)) {
+      clock_(node.create_writer("/clock", clock_type(), {})),
+      joints_(node.create_writer(absolute("joint_states"), joint_state_type(), {})),
+      frames_(node.create_writer("/tf", tf_type(), {.depth = kFramesDepth})),
+      fixed_frames_(node.create_writer("/tf_static", tf_type(), {1, Durability::kTransientLocal})) {
   node.announce();
 }
 
@@ -47,14 +45,13 @@ void CellPublisher::create_robot_writers() {
   for (auto it = robot_joints_.begin(); it != robot_joints_.end();) {
     const bool stays = std::ranges::any_of(
         cell_.robots(), [&](const auto& robot) { return robot.name() == it->first; });
-    if (!stays) node_.remove_writer(it->second);
+    if (!stays) node_.remove(it->second);
     it = stays ? std::next(it) : robot_joints_.erase(it);
   }
   for (const auto& robot : cell_.robots()) {
     if (robot_joints_.contains(robot.name())) continue;
     const std::string topic = absolute(ros_token(robot.name()) + "/joint_states");
-    robot_joints_[robot.name()] =
-        node_.create_writer(topic, joint_state_type(), kDepth, Durability::kVolatile);
+    robot_joints_[robot.name()] = node_.create_writer(topic, joint_state_type(), {});
   }
   node_.announce();
 }

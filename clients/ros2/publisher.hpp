@@ -17,6 +17,8 @@ class CellPublisher {
   /// `ros_namespace`: before the names of joint states, "/" = none; the other topics are global.
   CellPublisher(Node& node, std::string ros_namespace);
 
+  /// The writer of /tf.
+  [[nodiscard]] dds_entity_t frames() const { return frames_; }
   /// The cell that snapshots belong to from now on. Publishes the fixed frames.
   void set_cell(const v1::CellDescription& cell);
   /// Publishes time and joints, and frames if asked. After set_cell().

@@ -3,82 +3,24 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
-#include <csignal>
-#include <cstdlib>
-#include <functional>
 #include <map>
-#include <memory>
-#include <spawn.h>
 #include <string>
-#include <sys/wait.h>
 #include <thread>
-#include <unistd.h>
 #include <vector>
 
 #include <gtest/gtest.h>
 
-#include "tests/ros2/fast_dds_reader.hpp"
+#include "tests/ros2/ros2_fixture.hpp"
 #include "tests/support/cell_client.hpp"
-#include "tests/support/daemon_process.hpp"
-#include "tests/support/eventually.hpp"
-
-extern char** environ;
 
 namespace aprsim::test {
 namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kLongest = 120s * kPatience;
-const std::string kProgram = APRSIM_BIN_DIR "/aprsim-ros2";
 const std::string kJointState = "sensor_msgs::msg::dds_::JointState_";
 const std::string kTf = "tf2_msgs::msg::dds_::TFMessage_";
-
-/// The loopback without multicast, for CycloneDDS.
-void use_loopback() {
-  setenv("CYCLONEDDS_URI",
-         "<CycloneDDS><Domain><General><Interfaces><NetworkInterface name=\"lo\"/></Interfaces>"
-         "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto"
-         "</ParticipantIndex><Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery></Domain>"
-         "</CycloneDDS>",
-         1);
-}
-
-/// A domain whose ports are probably free: tests run side by side.
-unsigned some_domain() { return 1 + static_cast<unsigned>(getpid()) % 90; }
-
-/// The program, until stop().
-class Program {
- public:
-  explicit Program(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), kProgram);
-    std::vector<char*> argv;
-    for (auto& argument : arguments) argv.push_back(argument.data());
-    argv.push_back(nullptr);
-    if (posix_spawn(&pid_, kProgram.c_str(), nullptr, nullptr, argv.data(), environ) != 0) {
-      throw std::runtime_error("cannot start " + kProgram);
-    }
-  }
-  ~Program() {
-    if (pid_ > 0) stop(SIGKILL);
-  }
-  Program(const Program&) = delete;
-  Program& operator=(const Program&) = delete;
-
-  /// The exit code; negative = killed by that signal.
-  int stop(int signal) {
-    int status = 0;
-    kill(pid_, signal);
-    waitpid(pid_, &status, 0);
-    pid_ = -1;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
-  }
-
- private:
-  pid_t pid_ = -1;
-};
 
 struct ReadJoints {
   double time = 0;
@@ -113,35 +55,6 @@ std::map<std::string, std::array<double, 7>> read_frames(const std::vector<unsig
   EXPECT_TRUE(in.at_end());
   return frames;
 }
-
-class Ros2 : public ::testing::Test {
- protected:
-  Ros2() {
-    use_loopback();
-    daemon_ = std::make_unique<DaemonProcess>(std::vector<std::string>{"--speed", "stepped"});
-    domain_ = some_domain();
-    fast_dds_ = std::make_unique<FastDdsReader>(domain_);
-    program_ = std::make_unique<Program>(std::vector<std::string>{
-        "--ports-file", daemon_->ports_file(), "--domain", std::to_string(domain_)});
-  }
-
-  /// Takes samples of a topic until one meets the condition.
-  bool take_until(const std::string& topic,
-                  const std::function<bool(const std::vector<unsigned char>&)>& met) {
-    return eventually(
-        [&] {
-          std::this_thread::sleep_for(5ms);
-          const auto sample = fast_dds_->take(topic);
-          return !sample.empty() && met(sample);
-        },
-        kLongest);
-  }
-
-  unsigned domain_ = 0;
-  std::unique_ptr<DaemonProcess> daemon_;
-  std::unique_ptr<FastDdsReader> fast_dds_;
-  std::unique_ptr<Program> program_;
-};
 
 TEST_F(Ros2, FastDdsDiscoversTopicsWithNamesTypesAndHashesOfJazzy) {
   // Type hashes as nodes of Jazzy report them.

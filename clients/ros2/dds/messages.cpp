@@ -2,29 +2,11 @@
 
 #include <aprsim_ros2_messages.h>
 #include <aprsim_ros2_type_hashes.hpp>
-#include <cstdint>
 #include <string>
 
+#include "clients/ros2/dds/samples.hpp"
+
 namespace aprsim::ros2 {
-namespace {
-
-builtin_interfaces_msg_dds__Time_ stamp_of(const google::protobuf::Duration& time) {
-  return {static_cast<std::int32_t>(time.seconds()), static_cast<std::uint32_t>(time.nanos())};
-}
-
-/// DDS reads samples only, though its types are not const.
-char* text_of(const std::string& text) { return const_cast<char*>(text.c_str()); }
-
-/// Lets a sequence refer to values, which stay where they are.
-template <typename Sequence, typename Value>
-void refer(Sequence& sequence, const std::vector<Value>& values) {
-  sequence._buffer = const_cast<Value*>(values.data());
-  sequence._length = sequence._maximum = static_cast<std::uint32_t>(values.size());
-  sequence._release = false;
-}
-
-}  // namespace
-
 TopicType clock_type() {
   return {rosgraph_msgs_msg_dds__Clock__desc, type_hash::k_rosgraph_msgs_msg_Clock};
 }

@@ -13,6 +13,8 @@ import sys
 BASIC = {
     "int8": (2, "char"),
     "uint8": (3, "octet"),
+    "int16": (4, "short"),
+    "uint16": (5, "unsigned short"),
     "int32": (6, "long"),
     "uint32": (7, "unsigned long"),
     "int64": (8, "long long"),
@@ -25,6 +27,8 @@ BASIC = {
 }
 NESTED, BOUNDED_STRING = 1, 21
 ARRAY, SEQUENCE = 48, 144  # added to the number
+# The header of ROS 2's CycloneDDS before requests and responses, which is no part of the type.
+SERVICE_HEADER = "  unsigned long long rmw_client;\n  long long rmw_sequence;\n"
 FIELD = re.compile(r"(?P<type>[\w/]+)(?:<=(?P<bound>\d+))?(?P<list>\[(?P<size>\d*)\])? (?P<name>\w+)$")
 
 
@@ -110,6 +114,8 @@ def main():
         for name, fields in types.items():
             package, kind, own = name.split("/")
             file.write(f"module {package} {{ module {kind} {{ module dds_ {{\nstruct {own}_ {{\n")
+            if own.endswith(("_Request", "_Response")):
+                file.write(SERVICE_HEADER)
             file.writelines(f"  {idl_field(field)}\n" for field in fields)
             file.write("};\n}; }; };\n")
     with open(header, "w") as file:
