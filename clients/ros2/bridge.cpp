@@ -34,6 +34,7 @@ class FrameSelection {
 void set_cell(const BridgeParts& parts, const client::Endpoints& daemon,
               const v1::CellDescription& cell) {
   parts.publisher.set_cell(cell);
+  parts.cameras.set_cell(daemon, cell);
   parts.actions.set_cell(daemon, cell);
 }
 
@@ -42,6 +43,7 @@ void publish(const BridgeParts& parts, const v1::Snapshot& snapshot, bool with_f
   parts.actions.check();
   parts.actions.set_time(snapshot.sim_time());
   parts.publisher.publish(snapshot, with_frames);
+  parts.cameras.update();
 }
 
 /// Publishes until the stream ends or is cancelled. Sets `connected` once the daemon has answered.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "clients/ros2/camera_publisher.hpp"
 #include "clients/ros2/publisher.hpp"
 #include "clients/ros2/trajectory_actions.hpp"
 #include "clients/wires/cancellation.hpp"
@@ -17,6 +18,7 @@ struct BridgeOptions {
 /// The parts of the node that have a cell.
 struct BridgeParts {
   CellPublisher& publisher;
+  CameraPublisher& cameras;
   TrajectoryActions& actions;
 };
 

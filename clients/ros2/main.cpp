@@ -6,6 +6,7 @@
 #include <iostream>
 
 #include "clients/ros2/bridge.hpp"
+#include "clients/ros2/camera_publisher.hpp"
 #include "clients/ros2/dds/node.hpp"
 #include "clients/ros2/options.hpp"
 #include "clients/ros2/trajectory_actions.hpp"
@@ -24,8 +25,9 @@ extern "C" void on_signal(int signal) {
 int run(const aprsim::ros2::Options& options) {
   aprsim::ros2::Node node(options.domain, options.ros_namespace, "aprsim");
   aprsim::ros2::CellPublisher publisher(node, options.ros_namespace);
+  aprsim::ros2::CameraPublisher cameras(node, options.ros_namespace, publisher.frames());
   aprsim::ros2::TrajectoryActions actions(node, options.ros_namespace);
-  const auto done = aprsim::ros2::run_bridge(options.bridge, {publisher, actions},
+  const auto done = aprsim::ros2::run_bridge(options.bridge, {publisher, cameras, actions},
                                              [] { return stop_requested.load(); });
   if (done) return 0;
   std::cerr << "aprsim-ros2: " << done.error().message << '\n';
