@@ -36,11 +36,13 @@ void set_cell(const BridgeParts& parts, const client::Endpoints& daemon,
   parts.publisher.set_cell(cell);
   parts.cameras.set_cell(daemon, cell);
   parts.actions.set_cell(daemon, cell);
+  parts.services.set_daemon(daemon);
 }
 
 /// Publishes a snapshot. Throws errors of the parts' threads.
 void publish(const BridgeParts& parts, const v1::Snapshot& snapshot, bool with_frames) {
   parts.actions.check();
+  parts.services.check();
   parts.actions.set_time(snapshot.sim_time());
   parts.publisher.publish(snapshot, with_frames);
   parts.cameras.update();
@@ -97,6 +99,7 @@ client::Outcome<void> run_bridge(const BridgeOptions& options, const BridgeParts
                   : client::Outcome<void>(tl::unexpected(endpoints.error()));
     if (client::is_cancelled(cancelled)) break;
     parts.actions.disconnect();
+    parts.services.disconnect();
     const std::string cause = done ? "the daemon has ended its stream" : done.error().message;
     if (connected || cause != reported) std::cerr << "aprsim-ros2: " << cause << "; trying again\n";
     reported = cause;

@@ -2,6 +2,7 @@
 
 #include "clients/ros2/camera_publisher.hpp"
 #include "clients/ros2/publisher.hpp"
+#include "clients/ros2/simulation_services.hpp"
 #include "clients/ros2/trajectory_actions.hpp"
 #include "clients/wires/cancellation.hpp"
 #include "clients/wires/endpoints.hpp"
@@ -20,9 +21,10 @@ struct BridgeParts {
   CellPublisher& publisher;
   CameraPublisher& cameras;
   TrajectoryActions& actions;
+  SimulationServices& services;
 };
 
-/// Publishes the daemon's cell, and serves its actions, until cancelled. A daemon that
+/// Publishes the daemon's cell, and serves its actions and services, until cancelled. A daemon that
 /// goes away is reported and tried again each second. One line on standard output tells each
 /// connection. Failures: kUsage, for endpoints that are wrong at the start. Throws
 /// std::runtime_error if DDS fails.

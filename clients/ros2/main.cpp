@@ -9,6 +9,7 @@
 #include "clients/ros2/camera_publisher.hpp"
 #include "clients/ros2/dds/node.hpp"
 #include "clients/ros2/options.hpp"
+#include "clients/ros2/simulation_services.hpp"
 #include "clients/ros2/trajectory_actions.hpp"
 
 namespace {
@@ -27,8 +28,10 @@ int run(const aprsim::ros2::Options& options) {
   aprsim::ros2::CellPublisher publisher(node, options.ros_namespace);
   aprsim::ros2::CameraPublisher cameras(node, options.ros_namespace, publisher.frames());
   aprsim::ros2::TrajectoryActions actions(node, options.ros_namespace);
-  const auto done = aprsim::ros2::run_bridge(options.bridge, {publisher, cameras, actions},
-                                             [] { return stop_requested.load(); });
+  aprsim::ros2::SimulationServices services(node, options.ros_namespace);
+  const auto done =
+      aprsim::ros2::run_bridge(options.bridge, {publisher, cameras, actions, services},
+                               [] { return stop_requested.load(); });
   if (done) return 0;
   std::cerr << "aprsim-ros2: " << done.error().message << '\n';
   return 2;
