@@ -15,7 +15,7 @@ struct PathSearchEffort {
   int attempts = 3;       ///< each with numbers of its own; the shortest path counts
   /// Length beside the straight line at which a path is good enough; 0 makes all attempts.
   double good_length = 1.3;
-  int shortcuts = 60;     ///< tries to shorten each path
+  int shortcuts = 60;  ///< tries to shorten each path
   /// Postures that are measured, at most; a few more where a motion is being checked.
   std::size_t evaluations = 60'000;
   std::uint64_t seed = 1;

@@ -69,7 +69,7 @@ TEST(PathSearch, MoreAttemptsFindNoLongerPaths) {
   EXPECT_LE(many, one);
 }
 
-/// Attempts go on as long as no path is good enough, and no longer.
+/// Attempts end with the first path that is good enough.
 TEST(PathSearch, IsContentWithAGoodPath) {
   bool content = false, discontent = false;
   for (const double wall_m : {0.4, 0.5, 0.55, 0.6, 0.65}) {
