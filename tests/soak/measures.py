@@ -70,16 +70,20 @@ def take_sample(daemon, timeout_s):
 
 
 def slope_mb_h(samples):
-    """The slope of memory beside the recordings, by least squares; None for fewer than three samples."""
+    """The growth of memory by least squares; None for fewer than three samples. All of it and what lies
+    beside the recordings are looked at, and the lesser slope counts: a leak raises both. The one falls
+    with recordings that shrink, and the other one with those that grow into memory freed before."""
     if len(samples) < 3:
         return None
     hours = [sample.at_s / 3600 for sample in samples]
-    mean_h = math.fsum(hours) / len(hours)
-    megabytes = [sample.memory_mb - sample.recorded_mb for sample in samples]
-    mean_mb = math.fsum(megabytes) / len(megabytes)
-    spread = math.fsum((hour - mean_h) ** 2 for hour in hours)
-    moment = math.fsum((h - mean_h) * (mb - mean_mb) for h, mb in zip(hours, megabytes))
-    return moment / spread if spread > 0 else None
+    return min(_slope(hours, [sample.memory_mb for sample in samples]),
+               _slope(hours, [sample.memory_mb - sample.recorded_mb for sample in samples]))
+
+
+def _slope(x, y):
+    mean_x, mean_y = math.fsum(x) / len(x), math.fsum(y) / len(y)
+    spread = math.fsum((each - mean_x) ** 2 for each in x)
+    return math.fsum((at - mean_x) * (value - mean_y) for at, value in zip(x, y)) / spread
 
 
 def pace(before, after):
