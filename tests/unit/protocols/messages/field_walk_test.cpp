@@ -65,14 +65,20 @@ TEST(FieldWalk, WritesEveryFieldOfACell) {
   for (auto& fixture : cell.fixtures) {
     fixture = {"fixture", pose, {{api::BoxPiece{{1, 2, 3}}, pose}}};
   }
+  // Outlines of pockets lie in the plane z = 0.
+  std::size_t corners = 0;
+  for (const auto& body : cell.bodies) {
+    for (const auto& slot : body.slots) corners += slot.pocket_outline.size();
+  }
+  Names absent(corners, "aprsim.v1.Vector3.z");
   // Each camera has a carrier: its pose is in that flange.
-  const Names no_pose_in_world(cell.cameras.size(), "aprsim.v1.CameraDescription.camera_in_world");
+  absent.resize(corners + cell.cameras.size(), "aprsim.v1.CameraDescription.camera_in_world");
   for (const auto kind : {api::BodyKind::kGear, api::BodyKind::kKitTray}) {
     for (auto& body : cell.bodies) body.kind = kind;
     v1::CellDescription message;
     write_message(cell, message);
     // A gear is the first kind of its enumeration, which begins with an unspecified one.
-    EXPECT_EQ(absent_of(message), no_pose_in_world);
+    EXPECT_EQ(absent_of(message), absent);
   }
 }
 

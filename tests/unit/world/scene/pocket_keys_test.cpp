@@ -77,15 +77,17 @@ TEST_F(PocketKeys, TheSlotTurnsThePocketAndItsPart) {
   const std::string tray =
       "trays:\n  - {name: plate, type: plate, on: floor, xy_m: [0.3, 0], yaw_deg: 20, gears: {b: "
       "key_1}}\n";
-  const auto scene = load_pocket(kKeyHole, "xy_m: [0.05, 0], yaw_deg: 30", tray);
+  // The key's frame is in its middle.
+  const std::string hole = "{rectangle: {size_m: [0.0081, 0.0071]}, depth_m: 0.025}";
+  const auto scene = load_pocket(hole, "xy_m: [0.05, 0], yaw_deg: 30", tray);
   ASSERT_TRUE(scene) << scene.error().message;
   ASSERT_EQ(scene->parts.size(), 1u);
   const Eigen::Matrix3d R = scene->parts[0].X_WP.q.toRotationMatrix();
   EXPECT_NEAR(std::atan2(R(1, 0), R(0, 0)), 50 * std::numbers::pi / 180, 1e-12);
   // Turned further it does not fit.
-  const auto askew = load_pocket(kKeyHole, "xy_m: [0.05, 0], yaw_deg: 30",
+  const auto askew = load_pocket(hole, "xy_m: [0.05, 0], yaw_deg: 30",
                                  replaced(tray, "key_1", "{name: key_1, yaw_deg: 10}"));
-  expect_error(askew, "key_1 20.0 mm deep in plate");
+  expect_error(askew, "key_1 25.0 mm deep in plate");
 }
 
 TEST_F(PocketKeys, MistakesAreReported) {

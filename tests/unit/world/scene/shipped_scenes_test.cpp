@@ -35,12 +35,14 @@ TEST_P(ShippedScene, SeatedGearsHaveTheirSlotsPoses) {
       ASSERT_NE(slot, type.slots.end());
       const Eigen::Vector3d p_WS =
           tray.X_WP.isometry() * Eigen::Vector3d(slot->xy.x(), slot->xy.y(), 0);
+      const Eigen::Quaterniond q_WS =
+          tray.X_WP.q * Eigen::AngleAxisd(slot->yaw_rad, Eigen::Vector3d::UnitZ());
       const auto expect_seated = [&](const auto& bodies) {
         for (const auto& body : bodies) {
           if (body.name != gear_name) continue;
           EXPECT_EQ(body.type, slot->gear_type);
           EXPECT_LT((body.X_WP.p - p_WS).norm(), 1e-12);
-          EXPECT_LT(body.X_WP.q.angularDistance(tray.X_WP.q), 1e-12);
+          EXPECT_LT(body.X_WP.q.angularDistance(q_WS), 1e-12);
           ++seated;
         }
       };
