@@ -70,13 +70,14 @@ TEST(FieldWalk, WritesEveryFieldOfACell) {
   for (const auto& body : cell.bodies) {
     for (const auto& slot : body.slots) corners += slot.pocket_outline.size();
   }
-  Names absent(corners, "aprsim.v1.Vector3.z");
-  // Each camera has a carrier: its pose is in that flange.
-  absent.resize(corners + cell.cameras.size(), "aprsim.v1.CameraDescription.camera_in_world");
   for (const auto kind : {api::BodyKind::kGear, api::BodyKind::kKitTray}) {
     for (auto& body : cell.bodies) body.kind = kind;
     v1::CellDescription message;
     write_message(cell, message);
+    Names absent(kind == api::BodyKind::kKitTray ? corners : 0, "aprsim.v1.Vector3.z");
+    // Each camera has a carrier: its pose is in that flange.
+    absent.resize(absent.size() + cell.cameras.size(),
+                  "aprsim.v1.CameraDescription.camera_in_world");
     // A gear is the first kind of its enumeration, which begins with an unspecified one.
     EXPECT_EQ(absent_of(message), absent);
   }
