@@ -263,7 +263,7 @@ void RobotListeners::close_others(const scene::Scene& scene, const api::Snapshot
     if (is_there && same_main(wanted, robot->options)) {
       robot->move_to(static_cast<int>(*index), now);
       if (same_messages(wanted, robot->options)) continue;
-      // Its CRCL clients go on. What the server refers to outlives it.
+      // Its CRCL clients go on. The server is destroyed before all that it refers to.
       if (robot->simple_message)
         gone.emplace_back([robot = robot] { robot->simple_message->stop(); });
       auto less = std::make_shared<Robot>(*robot);

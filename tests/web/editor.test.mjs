@@ -256,6 +256,8 @@ test('removed things are gone; the file stays valid', async () => {
 
 test('nothing is cut off or unreadable, on screens and phones', async () => {
   await id('thing-robots/fanuc_lrmate200id_1').click();
+  // The page's messages pass by themselves.
+  await page.locator('.toast').first().waitFor({state: 'detached'});
   for (const [width, height] of [
     [1440, 900],
     [390, 844]
