@@ -66,8 +66,16 @@ class Page:
         self._last += 1
         self._send(self._messages.ViewerRequest(id=self._last, **body).SerializeToString())
         return self.next(
-            # A moment of the past and a scene's text come by themselves, without an outcome.
-            lambda update: self._last in (update.outcome.id, update.past.id, update.scene.id)
+            # A moment of the past and texts of scenes and scenarios come by themselves, without an
+            # outcome.
+            lambda update: self._last
+            in (
+                update.outcome.id,
+                update.past.id,
+                update.scene.id,
+                update.scenario.id,
+                update.scenario_check.id,
+            )
         ).outcome
 
     def next(self, wanted: Any) -> Any:

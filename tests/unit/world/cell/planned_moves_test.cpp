@@ -1,5 +1,6 @@
 // Moves that regard what stands around the robot, in the default cell, in stepped time.
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <random>
@@ -60,6 +61,15 @@ class PlannedMoves : public testing::Test {
     return cell_->now.robots[index];
   }
   [[nodiscard]] bool touched() const { return cell_->now.unintended_contacts != nullptr; }
+  /// The same of anything but a gripper at a free body, where a goal may lie.
+  [[nodiscard]] bool touched_surroundings() const {
+    if (!touched()) return false;
+    return std::ranges::any_of(*cell_->now.unintended_contacts, [](const auto& contact) {
+      const bool gripper =
+          contact.first.part >= 0 && contact.first.part < api::ContactSide::kFirstLink;
+      return !gripper || contact.second.kind != api::ContactSide::Kind::kBody;
+    });
+  }
   [[nodiscard]] double off(const Eigen::Vector3d& p_W) const {
     return (robot().X_WT.p - p_W).norm();
   }
@@ -246,7 +256,7 @@ TEST_F(PlannedMoves, RandomMovesOfBothRobotsTouchNothing) {
       apply(r, std::move(move));
     }
     cell_->advance();
-    ASSERT_FALSE(touched()) << step;
+    ASSERT_FALSE(touched_surroundings()) << step;
   }
   for (const int count : reached) EXPECT_GE(count, 5);
   EXPECT_GE(refused[0] + refused[1], 5);
