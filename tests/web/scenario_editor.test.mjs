@@ -66,7 +66,6 @@ async function type(whole) {
   await id('scenario-text').fill(whole);
   await id('scenario-text').blur();
   await until('the text', async () => (await id('scenario-text').inputValue()) === whole);
-  await page.waitForTimeout(50);
   await idle();
 }
 

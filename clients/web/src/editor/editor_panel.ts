@@ -1,6 +1,7 @@
 // The panel of the scene editor: things, additions, properties and text.
 import type {CellView, Pick} from '../scene/cell_view';
 import type {Access} from '../ui/access';
+import {Actions} from '../ui/actions';
 import {button, card, download, h, notify, text} from '../ui/dom';
 import type {State} from '../state';
 import {DragInView} from './drag_in_view';
@@ -106,24 +107,13 @@ export class EditorPanel {
 
   // ---- parts of the panel
 
-  private readonly actions: {control: HTMLButtonElement; can: () => boolean}[] = [];
-
-  private action(
-    label: string,
-    run: () => void,
-    can: () => boolean,
-    attributes: Record<string, string>
-  ): HTMLButtonElement {
-    const control = button(label, run, attributes);
-    this.actions.push({control, can});
-    return control;
-  }
+  private readonly actions = new Actions();
 
   private makeActions(): HTMLElement[] {
     const {editor} = this;
     const chosen = (): boolean => editor.open;
     return [
-      this.action(
+      this.actions.add(
         'Undo',
         () => void editor.undo(),
         () => editor.open && editor.canUndo,
@@ -132,7 +122,7 @@ export class EditorPanel {
           title: 'Takes the last change back (Ctrl Z)'
         }
       ),
-      this.action(
+      this.actions.add(
         'Redo',
         () => void editor.redo(),
         () => editor.open && editor.canRedo,
@@ -141,7 +131,7 @@ export class EditorPanel {
           title: 'Makes the change again (Ctrl Y)'
         }
       ),
-      this.action(
+      this.actions.add(
         'Apply',
         () => void this.apply(),
         () => editor.open && !editor.isApplied,
@@ -150,11 +140,11 @@ export class EditorPanel {
           title: 'Resets the cell to this scene'
         }
       ),
-      this.action('Save', () => this.save(), chosen, {
+      this.actions.add('Save', () => this.save(), chosen, {
         'data-testid': 'editor-save',
         title: 'Downloads the scene as a file, with its comments'
       }),
-      this.action('Close', () => editor.leave(), chosen, {
+      this.actions.add('Close', () => editor.leave(), chosen, {
         'data-testid': 'editor-leave',
         title: 'Shows the cell again; the draft is kept'
       })
@@ -173,7 +163,7 @@ export class EditorPanel {
         'div',
         {class: 'row add'},
         this.offers,
-        this.action('Add', add, () => editor.open, {
+        this.actions.add('Add', add, () => editor.open, {
           'data-testid': 'editor-add',
           title: 'Adds this near the chosen thing, or into its first empty slot'
         })
@@ -192,21 +182,21 @@ export class EditorPanel {
       h(
         'div',
         {class: 'row'},
-        this.action('Turn left', () => void editor.shift(0, 0, kTurn_deg), place, {
+        this.actions.add('Turn left', () => void editor.shift(0, 0, kTurn_deg), place, {
           'data-testid': 'editor-turn-left',
           title: `Turns it by ${kTurn_deg}° (r)`
         }),
-        this.action('Turn right', () => void editor.shift(0, 0, -kTurn_deg), place, {
+        this.actions.add('Turn right', () => void editor.shift(0, 0, -kTurn_deg), place, {
           'data-testid': 'editor-turn-right',
           title: `Turns it by -${kTurn_deg}° (Shift R)`
         }),
-        this.action(
+        this.actions.add(
           'Copy',
           () => void editor.copy(editor.chosen!),
           () => chosen() && !editor.chosen!.kind.single && placeOf(editor.chosen!) !== null,
           {'data-testid': 'editor-copy', title: 'Adds another one beside it'}
         ),
-        this.action('Remove', () => void editor.remove(editor.chosen!), chosen, {
+        this.actions.add('Remove', () => void editor.remove(editor.chosen!), chosen, {
           'data-testid': 'editor-remove',
           title: 'Removes it (Delete)'
         })
@@ -225,7 +215,7 @@ export class EditorPanel {
       h(
         'div',
         {class: 'row'},
-        this.action(
+        this.actions.add(
           'Use this text',
           () => void editor.rewrite(this.whole.value),
           () => editor.open,
@@ -233,7 +223,7 @@ export class EditorPanel {
             'data-testid': 'editor-use-text'
           }
         ),
-        this.action(
+        this.actions.add(
           'Open a file',
           () => this.file.click(),
           () => editor.open,
@@ -241,7 +231,7 @@ export class EditorPanel {
             title: 'Edits a scene file of yours'
           }
         ),
-        this.action(
+        this.actions.add(
           'Empty scene',
           () => void editor.clear(),
           () => editor.open,
@@ -286,10 +276,7 @@ export class EditorPanel {
     const {editor} = this;
     this.showBegin();
     this.work.hidden = !editor.open;
-    for (const {control, can} of this.actions) {
-      control.hidden = !editor.open;
-      control.disabled = editor.busy || !can();
-    }
+    this.actions.update(editor.open, editor.busy);
     if (this.complaint.textContent !== editor.problem) text(this.complaint, editor.problem);
     text(this.summary, this.describe());
     this.element.setAttribute('aria-busy', String(editor.busy));

@@ -3,6 +3,7 @@ import type {Schema} from '../editor/properties';
 import type {Path, Value} from '../editor/scene_text';
 import type {State} from '../state';
 import type {Access} from '../ui/access';
+import {Actions} from '../ui/actions';
 import {button, card, docsLink, download, h, notify, text} from '../ui/dom';
 import type {Programs} from '../ui/programs';
 import type {TimedEvent} from './events';
@@ -67,7 +68,7 @@ export class ScenarioPanel {
     'data-testid': 'scenario-file',
     hidden: true
   });
-  private readonly actions: {control: HTMLButtonElement; can: () => boolean}[] = [];
+  private readonly actions = new Actions();
   private typing: ReturnType<typeof setTimeout> | null = null;
   private formOf = '';
   private offered: Offer[] = [];
@@ -134,17 +135,6 @@ export class ScenarioPanel {
 
   // ---- parts of the editor
 
-  private action(
-    label: string,
-    run: () => void,
-    can: () => boolean,
-    attributes: Record<string, string>
-  ): HTMLButtonElement {
-    const control = button(label, run, attributes);
-    this.actions.push({control, can});
-    return control;
-  }
-
   private makeHead(): HTMLElement {
     const {editor} = this;
     const always = (): boolean => true;
@@ -163,19 +153,19 @@ export class ScenarioPanel {
       {class: 'row head'},
       h('h2', {}, 'Scenario editor ', docsLink('scenarios.html', 'scenarios')),
       this.fileName,
-      this.action(
+      this.actions.add(
         'Undo',
         () => editor.undo(),
         () => editor.canUndo,
         {'data-testid': 'scenario-undo', title: 'Takes the last change back (Ctrl Z)'}
       ),
-      this.action(
+      this.actions.add(
         'Redo',
         () => editor.redo(),
         () => editor.canRedo,
         {'data-testid': 'scenario-redo', title: 'Makes the change again (Ctrl Y)'}
       ),
-      this.action('Save', () => this.save(), always, {
+      this.actions.add('Save', () => this.save(), always, {
         'data-testid': 'scenario-save',
         title: 'Downloads the scenario as a file, with its comments'
       }),
@@ -183,19 +173,19 @@ export class ScenarioPanel {
       run,
       h('span', {class: 'gap'}),
       this.shipped,
-      this.action('Open', () => void editor.begin(this.shipped.value), always, {
+      this.actions.add('Open', () => void editor.begin(this.shipped.value), always, {
         'data-testid': 'scenario-open',
         title: 'Opens this shipped scenario'
       }),
-      this.action('Open a file', () => this.file.click(), always, {
+      this.actions.add('Open a file', () => this.file.click(), always, {
         title: 'Edits a scenario file of yours'
       }),
-      this.action('New', () => editor.clear(), always, {
+      this.actions.add('New', () => editor.clear(), always, {
         'data-testid': 'scenario-new',
         title: 'Begins with an empty scenario'
       }),
       this.file,
-      this.action('Close', () => editor.leave(), always, {
+      this.actions.add('Close', () => editor.leave(), always, {
         'data-testid': 'scenario-close',
         title: 'Shows the cell again; the draft is kept (Escape)'
       })
@@ -210,12 +200,12 @@ export class ScenarioPanel {
       'div',
       {class: 'row add'},
       this.offers,
-      this.action('Add', () => this.add(), readable, {'data-testid': 'scenario-add'}),
-      this.action('Copy', () => editor.copy(editor.chosen!), chosen, {
+      this.actions.add('Add', () => this.add(), readable, {'data-testid': 'scenario-add'}),
+      this.actions.add('Copy', () => editor.copy(editor.chosen!), chosen, {
         'data-testid': 'scenario-copy',
         title: 'Adds the same, 5 s later'
       }),
-      this.action('Remove', () => editor.remove(editor.chosen!), chosen, {
+      this.actions.add('Remove', () => editor.remove(editor.chosen!), chosen, {
         'data-testid': 'scenario-remove',
         title: 'Removes the chosen event (Delete)'
       })
@@ -285,7 +275,7 @@ export class ScenarioPanel {
     this.element.hidden = !editor.open;
     this.element.setAttribute('aria-busy', String(editor.busy || editor.isChecking));
     if (editor.open) {
-      for (const {control, can} of this.actions) control.disabled = editor.busy || !can();
+      this.actions.update(true, editor.busy);
       text(this.complaint, editor.complaint);
       text(this.summary, this.describe());
       if (document.activeElement !== this.fileName) this.fileName.value = editor.name;
