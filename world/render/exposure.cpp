@@ -5,6 +5,9 @@
 #include <numbers>
 #include <vector>
 
+#include "world/base/simd/vec8f.hpp"
+#include "world/base/simd/vector_clones.hpp"
+
 namespace aprsim::render {
 namespace {
 
@@ -24,6 +27,39 @@ const std::array<float, kSteps + 1>& codes() {
     return out;
   }();
   return table;
+}
+
+std::uint8_t as_byte(float code) {
+  return static_cast<std::uint8_t>(std::clamp(code + 0.5F, 0.0F, 255.0F));
+}
+
+const std::array<std::uint8_t, kSteps + 1>& rounded_codes() {
+  static const std::array<std::uint8_t, kSteps + 1> table = [] {
+    std::array<std::uint8_t, kSteps + 1> out{};
+    std::transform(codes().begin(), codes().end(), out.begin(), as_byte);
+    return out;
+  }();
+  return table;
+}
+
+/// Sums of a line's values and of those `step` after each, with their weights.
+APRSIM_VECTOR_CLONES void weigh(const float* from, int step, const float* weights, int count,
+                                Exposure::Line& out) {
+  for (int i = 0; i < Exposure::kLineValues; i += kLanes) {
+    Vec8f sum = broadcast(0.0F);
+    for (int k = 0; k < count; ++k) sum += weights[k] * load(from + i + k * step);
+    store(out.data() + i, sum);
+  }
+}
+
+/// Places of the values in the tables of codes.
+APRSIM_VECTOR_CLONES void to_steps(const Exposure::Line& light, float gain,
+                                   std::array<int, Exposure::kLineValues>& out) {
+  for (int i = 0; i < Exposure::kLineValues; i += kLanes) {
+    const Vec8f share = clamp(gain * load(light.data() + i), 0, 1);
+    const Vec8i steps = truncate(share * kSteps + 0.5F);
+    std::memcpy(out.data() + i, &steps, sizeof steps);
+  }
 }
 
 /// Steele et al. 2014, splitmix64.
@@ -121,65 +157,79 @@ void Exposure::spread_dirt() {
   }
 }
 
-void Exposure::encode(const float* light, int x, int y, std::uint64_t frame,
+float Exposure::passing(int x, int y) const {
+  if (passing_.empty()) return 1;
+  return static_cast<float>(
+             passing_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
+                      static_cast<std::size_t>(x)]) /
+         255;
+}
+
+void Exposure::encode(const Line& light, int x0, int y, int pixels, std::uint64_t frame,
                       std::uint8_t* out) const {
-  std::uint64_t bits = 0;
-  if (noise_ > 0) {
-    const std::uint64_t pixel =
-        static_cast<std::uint64_t>(y) << 20U | static_cast<std::uint64_t>(x);
-    bits = mix(seed_ ^ mix(frame) ^ (pixel * 0x9e3779b97f4a7c15U));
-  }
-  float gain = gain_;
+  Line gained = light;
   if (!passing_.empty()) {
-    gain *=
-        static_cast<float>(passing_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
-                                    static_cast<std::size_t>(x)]) /
-        255;
-  }
-  for (int c = 0; c < 3; ++c) {
-    const float share = std::clamp(light[c] * gain, 0.0F, 1.0F);
-    float code = codes()[static_cast<std::size_t>(share * kSteps + 0.5F)];
-    if (noise_ > 0) {
-      code += noise_ * normal(static_cast<std::uint32_t>(bits >> (20U * static_cast<unsigned>(c))));
+    for (int i = 0; i < kChannels * pixels; ++i) {
+      gained[static_cast<std::size_t>(i)] *= passing(x0 + i / kChannels, y);
     }
-    out[c] = static_cast<std::uint8_t>(std::clamp(code + 0.5F, 0.0F, 255.0F));
+  }
+  std::array<int, kLineValues> steps;
+  to_steps(gained, gain_, steps);
+  const int values = kChannels * pixels;
+  if (!(noise_ > 0)) {
+    for (int i = 0; i < values; ++i) {
+      out[i] = rounded_codes()[static_cast<std::size_t>(steps[static_cast<std::size_t>(i)])];
+    }
+    return;
+  }
+  const std::uint64_t sequence = seed_ ^ mix(frame);
+  for (int i = 0; i < pixels; ++i) {
+    const std::uint64_t pixel =
+        static_cast<std::uint64_t>(y) << 20U | static_cast<std::uint64_t>(x0 + i);
+    const std::uint64_t bits = mix(sequence ^ (pixel * 0x9e3779b97f4a7c15U));
+    for (int c = 0; c < kChannels; ++c) {
+      const auto k = static_cast<std::size_t>(kChannels * i + c);
+      const float code =
+          codes()[static_cast<std::size_t>(steps[k])] +
+          noise_ * normal(static_cast<std::uint32_t>(bits >> (20U * static_cast<unsigned>(c))));
+      out[k] = as_byte(code);
+    }
+  }
+}
+
+/// Values of the pixels of one row from x on; those beyond its ends are those at the ends.
+void Exposure::copy_row(const Picture<float>& light, int x, int y, int pixels, float* to) const {
+  const int inside = std::clamp(light.width - x, 0, pixels);
+  const int before = std::clamp(-x, 0, pixels);
+  for (int i = 0; i < before; ++i) std::copy_n(light.at(0, y), kChannels, to + kChannels * i);
+  if (inside > before) {
+    std::copy_n(light.at(x + before, y), kChannels * (inside - before), to + kChannels * before);
+  }
+  for (int i = inside; i < pixels; ++i) {
+    std::copy_n(light.at(light.width - 1, y), kChannels, to + kChannels * i);
   }
 }
 
 void Exposure::expose(const Picture<float>& light, int column, int row, std::uint64_t frame,
                       Picture<std::uint8_t>& out) const {
   const int x0 = column * TileGrid::kWidth, y0 = row * TileGrid::kHeight;
-  const int x1 = std::min(x0 + TileGrid::kWidth, out.width);
-  const int y1 = std::min(y0 + TileGrid::kHeight, out.height);
-  if (reach_ == 0) {
-    for (int y = y0; y < y1; ++y) {
-      for (int x = x0; x < x1; ++x) encode(light.at(x, y), x, y, frame, out.at(x, y));
-    }
-    return;
-  }
+  const int pixels = std::min(TileGrid::kWidth, out.width - x0);
+  const int rows = std::min(TileGrid::kHeight, out.height - y0);
   // Along the rows, then down the columns.
-  std::array<float, 3 * TileGrid::kWidth*(TileGrid::kHeight + 2 * kMaxReach)> rows;
-  for (int y = y0 - reach_; y < y1 + reach_; ++y) {
-    const int from_y = std::clamp(y, 0, out.height - 1);
-    float* to = rows.data() + 3 * TileGrid::kWidth * (y - y0 + reach_);
-    for (int x = x0; x < x1; ++x, to += 3) {
-      to[0] = to[1] = to[2] = 0;
-      for (int i = -reach_; i <= reach_; ++i) {
-        const float* from = light.at(std::clamp(x + i, 0, out.width - 1), from_y);
-        const float weight = kernel_[static_cast<std::size_t>(i + reach_)];
-        for (int c = 0; c < 3; ++c) to[c] += weight * from[c];
-      }
-    }
+  constexpr int kBeyond = 2 * kMaxReach;
+  std::array<Line, TileGrid::kHeight + kBeyond> along;
+  alignas(32) std::array<float, kLineValues + kChannels * kBeyond> source;
+  for (int i = 0; i < rows + 2 * reach_; ++i) {
+    const int y = std::clamp(y0 + i - reach_, 0, out.height - 1);
+    copy_row(light, x0 - reach_, y, TileGrid::kWidth + 2 * reach_, source.data());
+    weigh(source.data(), kChannels, kernel_.data(), 2 * reach_ + 1,
+          along[static_cast<std::size_t>(i)]);
   }
-  for (int y = y0; y < y1; ++y) {
-    for (int x = x0; x < x1; ++x) {
-      float sum[3] = {0, 0, 0};
-      for (int i = 0; i <= 2 * reach_; ++i) {
-        const float* from = rows.data() + 3 * (TileGrid::kWidth * (y - y0 + i) + x - x0);
-        for (int c = 0; c < 3; ++c) sum[c] += kernel_[static_cast<std::size_t>(i)] * from[c];
-      }
-      encode(sum, x, y, frame, out.at(x, y));
-    }
+  for (int i = 0; i < rows; ++i) {
+    Line line;
+    weigh(along[static_cast<std::size_t>(i)].data(), kLineValues, kernel_.data(), 2 * reach_ + 1,
+          line);
+    encode(line, x0, y0 + i, pixels, frame, out.at(x0, y0 + i));
   }
 }
 

@@ -15,6 +15,10 @@ namespace aprsim::render {
 /// places of dirt on the seed and the dirt's pattern.
 class Exposure {
  public:
+  static constexpr int kChannels = 3, kLineValues = kChannels * TileGrid::kWidth;
+  /// A tile's row, channel by channel.
+  struct alignas(32) Line : std::array<float, kLineValues> {};
+
   Exposure(const scene::Camera& camera, std::uint64_t seed);
 
   /// Takes over dirt, flicker and noise of a camera, at a simulated time. Returns whether pictures
@@ -30,7 +34,10 @@ class Exposure {
 
  private:
   static constexpr int kMaxReach = 6;
-  void encode(const float* light, int x, int y, std::uint64_t frame, std::uint8_t* out) const;
+  void encode(const Line& light, int x0, int y, int pixels, std::uint64_t frame,
+              std::uint8_t* out) const;
+  void copy_row(const Picture<float>& light, int x, int y, int pixels, float* to) const;
+  [[nodiscard]] float passing(int x, int y) const;
   void spread_dirt();
 
   std::array<float, 2 * kMaxReach + 1> kernel_{};

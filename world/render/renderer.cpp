@@ -9,8 +9,6 @@
 namespace aprsim::render {
 namespace {
 
-constexpr std::size_t kMaxLamps = 4;
-
 /// Weights of a facet's corners where a direction meets it.
 Eigen::Vector3f weights(const Rasterizer::Facet& facet, const Eigen::Vector3f& r) {
   const Eigen::Vector3f out(facet.edge[0].dot(r), facet.edge[1].dot(r), facet.edge[2].dot(r));
@@ -162,49 +160,23 @@ TileSet Renderer::tiles_to_shade(const TileSet& drawn) const {
   return out;
 }
 
-Eigen::Vector3f Renderer::shade_pixel(std::size_t pixel, int pattern,
-                                      ShadowMap::Spread* spreads) const {
-  const std::uint32_t owner = raster_.owner()[pixel];
-  if (owner == Rasterizer::kNothing) return Eigen::Vector3f::Constant(0.18F);
-  const Rasterizer::Facet& facet = raster_.facet(owner);
-  const Placement& placement = placements_[owner >> Rasterizer::kFacetBits];
-  const Mesh::Triangle& triangle = placement.mesh->triangles[facet.triangle];
-  const Eigen::Vector3f ray = raster_.rays().at(pixel);
-  const Eigen::Vector3f ray_W = R_WC_ * ray;
-  SurfacePoint point;
-  point.p_W = eye_W_ + ray_W / raster_.inverse_depth()[pixel];
-  point.to_eye_W = -ray_W.normalized();
-  const Eigen::Vector3f w = weights(facet, ray);
-  point.normal_W =
-      (R_WP_[owner >> Rasterizer::kFacetBits] * blend(triangle.normals, w)).normalized();
-  point.material = &placement.mesh->materials[static_cast<std::size_t>(triangle.material)];
-  if (point.material->pattern != Pattern::kPlain) {
-    point.at = blend(triangle.points, w).head<2>();
-    const Eigen::Vector2f pixel_size = camera_.lens.focal_px.cwiseInverse().cast<float>();
-    const Eigen::Vector3f right = ray + Eigen::Vector3f(pixel_size.x(), 0, 0);
-    const Eigen::Vector3f below = ray + Eigen::Vector3f(0, pixel_size.y(), 0);
-    point.per_x = blend(triangle.points, weights(facet, right)).head<2>() - point.at;
-    point.per_y = blend(triangle.points, weights(facet, below)).head<2>() - point.at;
-    point.phase_m = static_cast<float>(placement.phase_m);
-  }
-  return shade(point, shadows_, pattern, spreads);
-}
-
 void Renderer::shade_tile(std::size_t tile) {
-  std::array<ShadowMap::Spread, kMaxLamps> spreads{};
-  const int columns = grid().columns;
-  const int x0 = static_cast<int>(tile) % columns * TileGrid::kWidth;
-  const int y0 = static_cast<int>(tile) / columns * TileGrid::kHeight;
-  for (int i = 0; i < TileGrid::kPixels; ++i) {
-    const int x = x0 + i % TileGrid::kWidth, y = y0 + i / TileGrid::kWidth;
-    if (x >= grid().width || y >= grid().height) continue;
-    const Eigen::Vector3f light =
-        shade_pixel(tile * TileGrid::kPixels + static_cast<std::size_t>(i), x % 4 + 4 * (y % 4),
-                    spreads.data());
-    std::copy_n(light.data(), 3, light_.at(x, y));
-  }
-  for (std::size_t i = 0; i < shadows_.size(); ++i) {
-    lit_from_[tile * shadows_.size() + i] = shadows_[i].range(spreads[i]);
+  TileSurface surface;
+  const View view{.raster = raster_,
+                  .placements = placements_,
+                  .R_WP = R_WP_,
+                  .R_WC = R_WC_,
+                  .eye_W = eye_W_,
+                  .pixel = camera_.lens.focal_px.cwiseInverse().cast<float>()};
+  find_surface(view, tile, surface);
+  std::array<float, 3 * TileGrid::kPixels> rgb;
+  render::shade_tile(surface, eye_W_, shadows_, rgb.data(),
+                     lit_from_.data() + tile * shadows_.size());
+  const int x0 = static_cast<int>(tile) % grid().columns * TileGrid::kWidth;
+  const int y0 = static_cast<int>(tile) / grid().columns * TileGrid::kHeight;
+  const int width = std::min(TileGrid::kWidth, grid().width - x0);
+  for (int row = 0; row < std::min(TileGrid::kHeight, grid().height - y0); ++row) {
+    std::copy_n(rgb.data() + 3 * TileGrid::kWidth * row, 3 * width, light_.at(x0, y0 + row));
   }
 }
 

@@ -57,7 +57,6 @@ class Renderer {
   [[nodiscard]] const TileGrid& grid() const { return raster_.rays().grid; }
   [[nodiscard]] Eigen::Vector3f normal_at(std::size_t pixel) const;
   void shade_tile(std::size_t tile);
-  Eigen::Vector3f shade_pixel(std::size_t pixel, int pattern, ShadowMap::Spread* spreads) const;
   [[nodiscard]] TileSet tiles_to_shade(const TileSet& drawn) const;
   void expose(const TileSet& shaded, std::uint64_t frame, int threads);
   [[nodiscard]] bool remember(const std::vector<Placement>& placements);

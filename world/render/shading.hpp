@@ -1,29 +1,42 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
-#include "world/render/mesh/material.hpp"
+#include <Eigen/Geometry>
+
 #include "world/render/raster/rasterizer.hpp"
 #include "world/render/raster/shadow_map.hpp"
 
 namespace aprsim::render {
 
-/// A point of a surface as a pixel shows it.
-struct SurfacePoint {
-  Eigen::Vector3f p_W, normal_W;
-  Eigen::Vector3f to_eye_W;      ///< unit vector
-  Eigen::Vector2f at;            ///< in the mesh's x-y plane [m]
-  Eigen::Vector2f per_x, per_y;  ///< its changes from pixel to pixel
-  const Material* material = nullptr;
-  float phase_m = 0;  ///< of a moving pattern along x
+/// The lamps of a shader that count; further ones are dark.
+inline constexpr std::size_t kMaxLamps = 4;
+
+/// A camera's view of the placements that it has drawn.
+struct View {
+  const Rasterizer& raster;
+  const std::vector<Placement>& placements;
+  const std::vector<Eigen::Matrix3f>& R_WP;  ///< of the placements
+  Eigen::Matrix3f R_WC;
+  Eigen::Vector3f eye_W;
+  Eigen::Vector2f pixel;  ///< size of a pixel in the directions
 };
 
-/// Colour of the surface itself at a point; its pattern averaged over the pixel.
-[[nodiscard]] Eigen::Vector3f surface_colour(const SurfacePoint& point);
+/// The surfaces that a tile's pixels show.
+struct TileSurface {
+  TilePoints points;
+  TileValues red, green, blue;  ///< linear shares of the light
+  TileValues gloss;             ///< negative where a pixel shows nothing
+};
 
-/// Light from the point towards the eye: Lambert's law for the lamps and an even light from above,
-/// and a gloss (Blinn 1977). `spreads`: one a lamp.
-[[nodiscard]] Eigen::Vector3f shade(const SurfacePoint& point, const std::vector<ShadowMap>& lamps,
-                                    int pattern, ShadowMap::Spread* spreads);
+/// Finds the surfaces. Their patterns are averaged over the pixels.
+void find_surface(const View& view, std::size_t tile, TileSurface& out);
+
+/// Light from a tile's surfaces towards the eye: Lambert's law for the lamps and an even light from
+/// above, and a gloss (Blinn 1977). Writes red, green and blue of all pixels of the tile;
+/// `lit_from`: one a lamp.
+void shade_tile(const TileSurface& surface, const Eigen::Vector3f& eye_W,
+                const std::vector<ShadowMap>& lamps, float* rgb, ShadowMap::Range* lit_from);
 
 }  // namespace aprsim::render

@@ -6,38 +6,17 @@
 #include <cstring>
 #include <limits>
 
+#include "world/base/simd/vec8f.hpp"
 #include "world/base/simd/vector_clones.hpp"
 #include "world/render/raster/parallel.hpp"
-
-#if defined(__GNUC__) && !defined(__clang__)
-// No such vector crosses the boundary of this program.
-#pragma GCC diagnostic ignored "-Wpsabi"
-#endif
 
 namespace aprsim::render {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr double kNear_m = 1e-3;
-constexpr int kLanes = 8;
 
-using Lanes [[gnu::vector_size(32), gnu::aligned(32)]] = float;
-using Mask [[gnu::vector_size(32), gnu::aligned(32)]] = int;
-using Owners [[gnu::vector_size(32), gnu::aligned(32)]] = std::uint32_t;
-
-inline Lanes load(const float* from) {
-  Lanes out;
-  std::memcpy(&out, from, sizeof out);
-  return out;
-}
-
-inline bool any(const Mask& mask) {
-  std::uint64_t parts[4];
-  std::memcpy(parts, &mask, sizeof parts);
-  return (parts[0] | parts[1] | parts[2] | parts[3]) != 0;
-}
-
-inline Lanes plane(const Eigen::Vector3f& p, const Lanes& x, const Lanes& y) {
+inline Vec8f plane(const Eigen::Vector3f& p, const Vec8f& x, const Vec8f& y) {
   return p.x() * x + p.y() * y + p.z();
 }
 
@@ -53,17 +32,17 @@ APRSIM_VECTOR_CLONES void draw_facet(const Rasterizer::Facet& facet, std::uint32
     const Rays::Bounds& bounds = rays.rows[row];
     if (facet.y_max < bounds.y_min || facet.y_min > bounds.y_max) continue;
     for (int i = row * TileGrid::kWidth; i < (row + 1) * TileGrid::kWidth; i += kLanes) {
-      const Lanes x = load(rays.x + i), y = load(rays.y + i);
-      const Lanes a = plane(facet.edge[0], x, y), b = plane(facet.edge[1], x, y),
+      const Vec8f x = load(rays.x + i), y = load(rays.y + i);
+      const Vec8f a = plane(facet.edge[0], x, y), b = plane(facet.edge[1], x, y),
                   c = plane(facet.edge[2], x, y), w = plane(facet.inverse, x, y);
-      const Lanes before = load(depths + i);
-      const Mask seen = (a >= 0) & (b >= 0) & (c >= 0) & (w > before);
+      const Vec8f before = load(depths + i);
+      const Mask8 seen = (a >= 0) & (b >= 0) & (c >= 0) & (w > before);
       if (!any(seen)) continue;
-      const Lanes after = seen ? w : before;
+      const Vec8f after = seen ? w : before;
       std::memcpy(depths + i, &after, sizeof after);
-      Owners who;
+      Vec8u who;
       std::memcpy(&who, owners + i, sizeof who);
-      const Owners mine = Owners{} + owner;
+      const Vec8u mine = Vec8u{} + owner;
       who = seen ? mine : who;
       std::memcpy(owners + i, &who, sizeof who);
     }

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
+
+#include "world/base/simd/vec8f.hpp"
+#include "world/base/simd/vector_clones.hpp"
 
 namespace aprsim::render {
 namespace {
@@ -14,33 +16,42 @@ constexpr int kTaps = 16, kPatterns = 16;
 constexpr float kNearSearch_px = 4, kFarSearch_px = 20, kMaxPenumbra_px = 24;
 constexpr float kBias = 4e-4F;  // share of the depth
 constexpr float kNormalOffset_px = 1.5F;
+constexpr float kMostSlope = 0.02F;  // share of the inverse depth a pixel
+constexpr float kRounding_px = 0.5F;
 constexpr double kMargin = 1.03;
-constexpr int kBlock = 8;  // pixels along a side
-constexpr int kBlocks = kSize / kBlock, kReach = static_cast<int>(kMaxPenumbra_px) / kBlock;
-static_assert(kReach * kBlock >= kMaxPenumbra_px && TileGrid::kWidth % kBlock == 0 &&
-              TileGrid::kHeight % kBlock == 0 && kSize % TileGrid::kWidth == 0);
+constexpr int kBlock = DepthBounds::kBlock_px;
+static_assert(DepthBounds::kReach_px >= kMaxPenumbra_px &&
+              DepthBounds::kReach_px >= kFarSearch_px && kSize % (kBlock * kLanes) == 0);
+static_assert(TileGrid::kWidth == 32 && TileGrid::kHeight == 16);
 
-using Taps = std::array<std::array<Eigen::Vector2f, kTaps>, kPatterns>;
+/// Of eight pixels side by side: their patterns repeat after four, in rows and columns.
+struct Taps {
+  Vec8f u[kTaps], v[kTaps];
+};
 
 /// Points spread evenly over the unit disc (Vogel 1979), in several turns.
-Taps make_taps() {
-  Taps taps;
+std::array<Taps, 4> make_taps() {
+  std::array<Taps, 4> taps;
   const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
   for (int pattern = 0; pattern < kPatterns; ++pattern) {
+    Taps& row = taps[static_cast<std::size_t>(pattern / 4)];
     for (int i = 0; i < kTaps; ++i) {
       const double r = std::sqrt((i + 0.5) / kTaps);
       // Neighbours differ by much: 7 has no factor in common with 16.
       const double angle = golden * i + 2 * std::numbers::pi * ((7 * pattern) % kPatterns) / 16.0;
-      taps[static_cast<std::size_t>(pattern)][static_cast<std::size_t>(i)] =
-          Eigen::Vector2d(r * std::cos(angle), r * std::sin(angle)).cast<float>();
+      for (const int lane : {pattern % 4, pattern % 4 + 4}) {
+        row.u[i][lane] = static_cast<float>(r * std::cos(angle));
+        row.v[i][lane] = static_cast<float>(r * std::sin(angle));
+      }
     }
   }
   return taps;
 }
 
-const Taps& taps() {
-  static const Taps all = make_taps();
-  return all;
+/// For the row of a tile.
+const Taps& taps(int row) {
+  static const std::array<Taps, 4> all = make_taps();
+  return all[static_cast<std::size_t>(row % 4)];
 }
 
 /// The lamp as a camera that looks at the middle of what it lights.
@@ -57,32 +68,6 @@ Eigen::Vector3d middle(const std::vector<Eigen::Vector3d>& points) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const auto& p : points) sum += p;
   return sum / static_cast<double>(points.size());
-}
-
-/// Each block's value combined with those of all blocks within reach.
-template <typename Combine>
-std::vector<float> spread_out(const std::vector<float>& from, const Combine& combine) {
-  std::vector<float> rows(from.size()), out(from.size());
-  const auto at = [](int x, int y) { return static_cast<std::size_t>(y * kBlocks + x); };
-  for (int y = 0; y < kBlocks; ++y) {
-    for (int x = 0; x < kBlocks; ++x) {
-      float value = from[at(x, y)];
-      for (int i = std::max(0, x - kReach); i <= std::min(kBlocks - 1, x + kReach); ++i) {
-        value = combine(value, from[at(i, y)]);
-      }
-      rows[at(x, y)] = value;
-    }
-  }
-  for (int y = 0; y < kBlocks; ++y) {
-    for (int x = 0; x < kBlocks; ++x) {
-      float value = rows[at(x, y)];
-      for (int i = std::max(0, y - kReach); i <= std::min(kBlocks - 1, y + kReach); ++i) {
-        value = combine(value, rows[at(x, i)]);
-      }
-      out[at(x, y)] = value;
-    }
-  }
-  return out;
 }
 
 double focal_of(const Eigen::Isometry3d& X_LW, const std::vector<Eigen::Vector3d>& lit) {
@@ -102,54 +87,230 @@ scene::Lens lens_of(double focal) {
   return lens;
 }
 
+/// The map as the loops over pixels see it.
+struct Map {
+  const float* depths;
+  const DepthBounds::Block* blocks;
+  Eigen::Matrix3f R_LW;
+  Eigen::Vector3f p_L;  // of the world's origin
+  float focal, lamp_radius_m;
+};
+
+/// Eight surface points as the lamp sees them: where in the map, and the inverse depths that their
+/// planes have there, with the bias. Lanes that are not `seen` have some numbers.
+struct Receivers {
+  Mask8 seen, lit_alone;
+  Vec8f u, v, z, limit, per_u, per_v;
+};
+
+/// Least and greatest place in the map by lane.
+struct Spread {
+  Vec8f u_min = broadcast(1e9F), u_max = broadcast(-1e9F);
+  Vec8f v_min = broadcast(1e9F), v_max = broadcast(-1e9F);
+};
+
+inline Receivers receive(const Map& map, const Vector3x8& p_W, const Vector3x8& normal_W) {
+  const Vector3x8 normal = map.R_LW * normal_W;
+  const Vector3x8 at = map.R_LW * p_W + Vector3x8::broadcast(map.p_L);
+  const Mask8 faces = normal.dot(at) < 0;
+  const Vector3x8 p = at + normal * (at.z * (kNormalOffset_px / map.focal));
+  const Mask8 before = p.z > 0;
+  Receivers out;
+  out.z = before ? p.z : broadcast(1.0F);
+  const Vec8f w = 1 / out.z;
+  constexpr float kCentre = 0.5F * (kSize - 1);
+  out.u = map.focal * (p.x * w) + kCentre;
+  out.v = map.focal * (p.y * w) + kCentre;
+  const Mask8 inside = before & (out.u >= 0) & (out.v >= 0) & (out.u < kSize) & (out.v < kSize);
+  out.seen = faces & inside;
+  out.lit_alone = faces & ~inside;
+  out.u = inside ? out.u : broadcast(0.0F);
+  out.v = inside ? out.v : broadcast(0.0F);
+  out.limit = (1 + kBias) * w;
+  // A plane n p = d has the inverse depth n (x, y, 1) / d in the direction (x, y, 1).
+  const Vec8f facing = normal.dot(p) * map.focal;
+  const Vec8f scale = facing < 0 ? 1 / facing : broadcast(0.0F), most = kMostSlope * w;
+  out.per_u = max(-most, min(most, normal.x * scale));
+  out.per_v = max(-most, min(most, normal.y * scale));
+  return out;
+}
+
+inline void include(Spread& spread, const Receivers& at) {
+  const Vec8f far = broadcast(1e9F);
+  spread.u_min = min(spread.u_min, at.seen ? at.u : far);
+  spread.v_min = min(spread.v_min, at.seen ? at.v : far);
+  spread.u_max = max(spread.u_max, at.seen ? at.u : -far);
+  spread.v_max = max(spread.v_max, at.seen ? at.v : -far);
+}
+
+/// Blocks by lane.
+struct Blocks {
+  Vec8f middle, per_u, per_v, near_low, near_high, low, high;
+};
+
+inline Blocks blocks_at(const Map& map, const Vec8i& places) {
+  const DepthBounds::Block& first = map.blocks[places[0]];
+  Blocks out{broadcast(first.middle),   broadcast(first.per_u),     broadcast(first.per_v),
+             broadcast(first.near_low), broadcast(first.near_high), broadcast(first.low),
+             broadcast(first.high)};
+  if (!any(places != places[0])) return out;
+  for (int lane = 1; lane < kLanes; ++lane) {
+    const DepthBounds::Block& block = map.blocks[places[lane]];
+    out.middle[lane] = block.middle;
+    out.per_u[lane] = block.per_u;
+    out.per_v[lane] = block.per_v;
+    out.near_low[lane] = block.near_low;
+    out.near_high[lane] = block.near_high;
+    out.low[lane] = block.low;
+    out.high[lane] = block.high;
+  }
+  return out;
+}
+
+/// The bounds of the blocks that points are in, by lane, about the planes of the points: what is
+/// within reach is nearer than they are by `low` to `high`.
+struct Bounds {
+  Vec8f near_low, near_high, low, high;
+  Vec8f nearest;  // inverse depth
+};
+
+inline Bounds bounds_at(const Map& map, const Receivers& at) {
+  const Vec8i column = clamp(truncate(at.u + kRounding_px), 0, kSize - 1) / kBlock;
+  const Vec8i row = clamp(truncate(at.v + kRounding_px), 0, kSize - 1) / kBlock;
+  const Blocks block = blocks_at(map, row * (kSize / kBlock) + column);
+  constexpr float kHalf = 0.5F * (kBlock - 1);
+  const Vec8f plane = block.middle + block.per_u * (at.u - to_float(column * kBlock) - kHalf) +
+                      block.per_v * (at.v - to_float(row * kBlock) - kHalf);
+  const Vec8f above = plane - at.limit;
+  const Vec8f tilt = abs(block.per_u - at.per_u) + abs(block.per_v - at.per_v);
+  constexpr float kNear_px = DepthBounds::kNear_px + kRounding_px;
+  constexpr float kWide_px = DepthBounds::kReach_px + kRounding_px;
+  return {above + block.near_low - kNear_px * tilt, above + block.near_high + kNear_px * tilt,
+          above + block.low - kWide_px * tilt, above + block.high + kWide_px * tilt,
+          plane + block.high + kWide_px * (abs(block.per_u) + abs(block.per_v))};
+}
+
+/// Radius of the penumbra that something at an inverse depth casts.
+inline Vec8f penumbra_px(const Map& map, const Receivers& at, const Vec8f& blocker) {
+  const Vec8f depth_m = 1 / blocker;
+  const Vec8f width_m = map.lamp_radius_m * (at.z - depth_m) / max(depth_m, broadcast(0.01F));
+  return clamp(map.focal * width_m / at.z, 0.7F, kMaxPenumbra_px);
+}
+
+/// The inverse depths at places beside points, and whether those are nearer than the points.
+struct Sample {
+  Vec8f depth;
+  Mask8 blocks;
+};
+
+inline Sample sample(const Map& map, const Receivers& at, const Vec8f& du, const Vec8f& dv) {
+  const Vec8i x = clamp(truncate(at.u + du + kRounding_px), 0, kSize - 1);
+  const Vec8i y = clamp(truncate(at.v + dv + kRounding_px), 0, kSize - 1);
+  constexpr int kColumns = kSize / TileGrid::kWidth;
+  const Vec8i tile = (y >> 4) * kColumns + (x >> 5);
+  const Vec8i place = (tile << 9) + ((y & 15) << 5) + (x & 31);
+  Sample out;
+  for (int lane = 0; lane < kLanes; ++lane) out.depth[lane] = map.depths[place[lane]];
+  out.blocks =
+      out.depth > at.limit + at.per_u * (to_float(x) - at.u) + at.per_v * (to_float(y) - at.v);
+  return out;
+}
+
+/// Share of the lamp, by samples of the map.
+inline Vec8f soft_light(const Map& map, const Receivers& at, const Taps& taps) {
+  // Mean depth of the blockers: half of the samples near, half farther out.
+  Vec8f sum = broadcast(0.0F);
+  Vec8i blockers = broadcast(0);
+  for (int i = 0; i < kTaps; ++i) {
+    const float radius = i % 2 == 0 ? kNearSearch_px : kFarSearch_px;
+    const Sample here = sample(map, at, radius * taps.u[i], radius * taps.v[i]);
+    sum += here.blocks ? here.depth : broadcast(0.0F);
+    blockers -= here.blocks;
+  }
+  const Mask8 blocked = blockers > 0;
+  if (!any(blocked)) return broadcast(1.0F);
+  const Vec8f mean = blocked ? sum / to_float(blockers) : 1 / at.z;
+  const Vec8f width_px = penumbra_px(map, at, mean);
+  Vec8i dark = broadcast(0);
+  for (int i = 0; i < kTaps; ++i) {
+    dark -= sample(map, at, width_px * taps.u[i], width_px * taps.v[i]).blocks;
+  }
+  const Vec8f light = 1 - to_float(dark) * (1.0F / kTaps);
+  return blocked ? light : broadcast(1.0F);
+}
+
+/// Most points are decided by the bounds of their block, without a sample.
+inline Vec8f light_of(const Map& map, const Receivers& at, const Taps& taps) {
+  const Bounds bounds = bounds_at(map, at);
+  // No sample is farther away than the widest penumbra that anything there may cast.
+  const Mask8 narrow = penumbra_px(map, at, max(bounds.nearest, 1 / at.z)) <=
+                       broadcast(DepthBounds::kNear_px - kRounding_px);
+  const Mask8 lit = (bounds.high <= 0) | (narrow & (bounds.near_high <= 0));
+  const Mask8 dark = (bounds.low > 0) | (narrow & (bounds.near_low > 0));
+  const Vec8f decided = dark ? broadcast(0.0F) : broadcast(1.0F);
+  const Mask8 open = at.seen & ~lit & ~dark;
+  if (!any(open)) return decided;
+  return open ? soft_light(map, at, taps) : decided;
+}
+
+APRSIM_VECTOR_CLONES Spread light_pixels(const Map& map, const TilePoints& points,
+                                         TileValues& visible) {
+  Spread spread;
+  for (int i = 0; i < TileGrid::kPixels; i += kLanes) {
+    const Receivers at =
+        receive(map, {load(&points.x[i]), load(&points.y[i]), load(&points.z[i])},
+                {load(&points.normal_x[i]), load(&points.normal_y[i]), load(&points.normal_z[i])});
+    Vec8f light = at.lit_alone ? broadcast(1.0F) : broadcast(0.0F);
+    if (any(at.seen)) {
+      include(spread, at);
+      light = at.seen ? light_of(map, at, taps(i / TileGrid::kWidth)) : light;
+    }
+    store(&visible[i], light);
+  }
+  return spread;
+}
+
+/// The tiles of the map around these places.
+ShadowMap::Range range_of(const Spread& spread, const TileGrid& grid) {
+  float u_min = 1e9F, u_max = -1e9F, v_min = 1e9F, v_max = -1e9F;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    u_min = std::min(u_min, spread.u_min[lane]);
+    u_max = std::max(u_max, spread.u_max[lane]);
+    v_min = std::min(v_min, spread.v_min[lane]);
+    v_max = std::max(v_max, spread.v_max[lane]);
+  }
+  if (u_min > u_max) return {};
+  constexpr float kMost_px = DepthBounds::kReach_px + kBlock;
+  const auto tile = [](float at, int size, int count) {
+    return std::clamp(static_cast<int>(std::floor(at / static_cast<float>(size))), 0, count - 1);
+  };
+  return {tile(u_min - kMost_px, TileGrid::kWidth, grid.columns),
+          tile(u_max + kMost_px, TileGrid::kWidth, grid.columns),
+          tile(v_min - kMost_px, TileGrid::kHeight, grid.rows),
+          tile(v_max + kMost_px, TileGrid::kHeight, grid.rows)};
+}
+
 }  // namespace
 
 std::uint64_t ShadowMap::fixed_bytes() {
-  // Four bounds of each block, and two while they are made.
-  constexpr std::uint64_t kBounds = 6 * sizeof(float);
   return Rasterizer::fixed_bytes(lens_of(1), Rasterizer::Contents::kDepth) +
-         kBounds * kBlocks * kBlocks;
+         DepthBounds::bytes(kSize);
 }
 
 ShadowMap::ShadowMap(const Lamp& lamp, const std::vector<Eigen::Vector3d>& lit,
                      MemoryBudget& budget)
     : lamp_(lamp),
       X_LW_(look_at(lamp.p_W, middle(lit))),
-      X_LW_f_(X_LW_.cast<float>()),
       focal_(static_cast<float>(focal_of(X_LW_, lit))),
       rasterizer_(lens_of(focal_of(X_LW_, lit)), Rasterizer::Contents::kDepth, budget),
-      least_(kBlocks * kBlocks, 0),
-      most_(kBlocks * kBlocks, 0) {}
+      bounds_(kSize) {}
 
 void ShadowMap::draw(const std::vector<Placement>& placements, int threads) {
   changed_ = rasterizer_.draw(placements, X_LW_, threads);
-  const bool is_first = least_near_.empty();
-  if (is_first || std::ranges::find(changed_, 1) != changed_.end()) bound_depths();
-}
-
-void ShadowMap::bound_depths() {
-  const TileGrid& grid = rasterizer_.rays().grid;
-  const float* depths = rasterizer_.inverse_depth().data();
-  for (std::size_t tile = 0; tile < changed_.size(); ++tile) {
-    if (changed_[tile] == 0) continue;
-    const int x0 = static_cast<int>(tile) % grid.columns * TileGrid::kWidth;
-    const int y0 = static_cast<int>(tile) / grid.columns * TileGrid::kHeight;
-    for (int y = y0; y < y0 + TileGrid::kHeight; y += kBlock) {
-      for (int x = x0; x < x0 + TileGrid::kWidth; x += kBlock) {
-        float least = std::numeric_limits<float>::infinity(), most = 0;
-        for (int i = 0; i < kBlock * kBlock; ++i) {
-          const float w = depths[grid.index(x + i % kBlock, y + i / kBlock)];
-          least = std::min(least, w);
-          most = std::max(most, w);
-        }
-        const auto block = static_cast<std::size_t>(y / kBlock * kBlocks + x / kBlock);
-        least_[block] = least;
-        most_[block] = most;
-      }
-    }
-  }
-  least_near_ = spread_out(least_, [](float a, float b) { return std::min(a, b); });
-  most_near_ = spread_out(most_, [](float a, float b) { return std::max(a, b); });
+  TileSet due = changed_;
+  if (!drawn_) std::fill(due.begin(), due.end(), std::uint8_t{1});
+  drawn_ = true;
+  bounds_.update(rasterizer_.rays().grid, due, rasterizer_.inverse_depth().data());
 }
 
 bool ShadowMap::changed(const Range& range) const {
@@ -162,62 +323,14 @@ bool ShadowMap::changed(const Range& range) const {
   return false;
 }
 
-ShadowMap::Range ShadowMap::range(const Spread& spread) const {
-  if (spread.u_min > spread.u_max) return {};
-  const TileGrid& grid = rasterizer_.rays().grid;
-  constexpr float kMost_px = kMaxPenumbra_px + kBlock;
-  const auto tile = [](float at, int size, int count) {
-    return std::clamp(static_cast<int>(std::floor(at / static_cast<float>(size))), 0, count - 1);
-  };
-  return {tile(spread.u_min - kMost_px, TileGrid::kWidth, grid.columns),
-          tile(spread.u_max + kMost_px, TileGrid::kWidth, grid.columns),
-          tile(spread.v_min - kMost_px, TileGrid::kHeight, grid.rows),
-          tile(spread.v_max + kMost_px, TileGrid::kHeight, grid.rows)};
-}
-
-float ShadowMap::inverse_depth(float u, float v) const {
-  const int x = std::clamp(static_cast<int>(u + 0.5F), 0, kSize - 1);
-  const int y = std::clamp(static_cast<int>(v + 0.5F), 0, kSize - 1);
-  return rasterizer_.inverse_depth()[rasterizer_.rays().grid.index(x, y)];
-}
-
-float ShadowMap::visibility(const Eigen::Vector3f& p_W, const Eigen::Vector3f& normal_W,
-                            int pattern, Spread& spread) const {
-  const float distance = (X_LW_f_ * p_W).z();
-  const Eigen::Vector3f p = X_LW_f_ * (p_W + normal_W * (kNormalOffset_px * distance / focal_));
-  if (!(p.z() > 0)) return 1;
-  const float centre = 0.5F * (kSize - 1);
-  const float u = focal_ * p.x() / p.z() + centre, v = focal_ * p.y() / p.z() + centre;
-  if (!(u >= 0 && v >= 0 && u < kSize && v < kSize)) return 1;
-  spread = {std::min(spread.u_min, u), std::max(spread.u_max, u), std::min(spread.v_min, v),
-            std::max(spread.v_max, v)};
-  const float limit = (1 + kBias) / p.z();
-  const auto block = static_cast<std::size_t>(static_cast<int>(v) / kBlock * kBlocks +
-                                              static_cast<int>(u) / kBlock);
-  if (most_near_[block] <= limit) return 1;
-  if (least_near_[block] > limit) return 0;
-  const auto& offsets = taps()[static_cast<std::size_t>(pattern)];
-  // Mean depth of the blockers: half of the samples near, half farther out.
-  float sum = 0;
-  int blockers = 0;
-  for (int i = 0; i < kTaps; ++i) {
-    const Eigen::Vector2f at =
-        offsets[static_cast<std::size_t>(i)] * (i % 2 == 0 ? kNearSearch_px : kFarSearch_px);
-    const float w = inverse_depth(u + at.x(), v + at.y());
-    if (w <= limit) continue;
-    sum += w;
-    ++blockers;
-  }
-  if (blockers == 0) return 1;
-  const float blocker_m = static_cast<float>(blockers) / sum;
-  const float width_m =
-      static_cast<float>(lamp_.radius_m) * (p.z() - blocker_m) / std::max(blocker_m, 0.01F);
-  const float width_px = std::clamp(focal_ * width_m / p.z(), 0.7F, kMaxPenumbra_px);
-  int lit = 0;
-  for (const Eigen::Vector2f& offset : offsets) {
-    lit += inverse_depth(u + width_px * offset.x(), v + width_px * offset.y()) <= limit ? 1 : 0;
-  }
-  return static_cast<float>(lit) / kTaps;
+ShadowMap::Range ShadowMap::light(const TilePoints& points, TileValues& visible) const {
+  const Map map{.depths = rasterizer_.inverse_depth().data(),
+                .blocks = bounds_.data(),
+                .R_LW = X_LW_.linear().cast<float>(),
+                .p_L = X_LW_.translation().cast<float>(),
+                .focal = focal_,
+                .lamp_radius_m = static_cast<float>(lamp_.radius_m)};
+  return range_of(light_pixels(map, points, visible), rasterizer_.rays().grid);
 }
 
 }  // namespace aprsim::render

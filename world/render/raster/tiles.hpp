@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -30,6 +31,14 @@ struct TileGrid {
     const std::size_t tile = tile_at(x / kWidth, y / kHeight);
     return tile * kPixels + static_cast<std::size_t>((y % kHeight) * kWidth + x % kWidth);
   }
+};
+
+/// A number of each pixel of a tile.
+struct alignas(32) TileValues : std::array<float, TileGrid::kPixels> {};
+
+/// The points that a tile's pixels show, in the world, and unit normals of their surfaces.
+struct TilePoints {
+  TileValues x, y, z, normal_x, normal_y, normal_z;
 };
 
 /// A set of tiles.

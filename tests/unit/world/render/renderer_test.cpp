@@ -1,6 +1,8 @@
 #include "world/render/renderer.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -187,6 +189,82 @@ TEST(Renderer, ABlockBetweenLampAndGroundThrowsAShadow) {
   const double edge = shadow + 0.05 * 2 / 1.7;
   EXPECT_GT(brightness(edge), brightness(shadow) + 5);
   EXPECT_LT(brightness(edge), brightness(shadow + 0.15) - 5);
+}
+
+/// Camera whose codes are nearly the light itself.
+scene::Camera plain_camera() {
+  scene::Camera camera = overhead_camera();
+  camera.blur_px = 0;
+  return camera;
+}
+
+/// Light of a matt grey surface: even, from above, and by Lambert's law.
+double lambert(const Lamp& lamp, const Eigen::Vector3d& p, const Eigen::Vector3d& normal) {
+  const Eigen::Vector3d to_lamp = lamp.p_W - p;
+  const double slope = std::max(0.0, normal.dot(to_lamp.normalized()));
+  const double farther = to_lamp.norm() / lamp.distance_m;
+  return 0.5 * (0.34 + 0.14 * normal.z() + lamp.brightness * slope / (farther * farther));
+}
+
+/// The linear light of a code.
+double light_of(std::uint8_t code) {
+  const double s = code / 255.0;
+  return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
+}
+
+/// A surface that is lit all over has no shadow of its own on it, however it is turned.
+TEST(Renderer, APlaneInTheLightHasTheLightOfLambertAllOver) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> share(-1, 1);
+  const scene::Camera camera = plain_camera();
+  const Mesh plane = ground_mesh();
+  for (int round = 0; round < 12; ++round) {
+    const Lamp above{.p_W = {0.9 * share(random), 0.9 * share(random), 2.6},
+                     .radius_m = 0.08,
+                     .brightness = 0.6F};
+    Placement placed = at(plane, {0, 0, 0.1 * share(random)});
+    placed.X_W.rotate(Eigen::AngleAxisd(
+        0.7 * share(random), Eigen::Vector3d(share(random), share(random), 0.1).normalized()));
+    Renderer renderer(camera, {above}, 1);
+    renderer.draw({placed}, 1);
+    const Eigen::Vector3d normal = placed.X_W.linear().col(2);
+    const Picture<float> depth = renderer.depth();
+    for (int y = 0; y < camera.lens.height_px; y += 3) {
+      for (int x = 0; x < camera.lens.width_px; x += 3) {
+        if (!(*depth.at(x, y) > 0)) continue;
+        const Eigen::Vector3d p = camera.X_PC.p + *depth.at(x, y) * ray(camera, x, y);
+        ASSERT_NEAR(light_of(*renderer.rgb().at(x, y)),
+                    std::min(1.0, camera.exposure * lambert(above, p, normal)), 8e-3)
+            << "round " << round << " at " << x << ", " << y;
+      }
+    }
+  }
+}
+
+TEST(Renderer, ASphereIsShadedByItsOwnNormals) {
+  const scene::Camera camera = plain_camera();
+  const double radius = 0.2;
+  const Mesh sphere = sphere_mesh(radius);
+  const Lamp above{.p_W = {0.3, -0.2, 2.5}, .radius_m = 0.02, .brightness = 0.6F};
+  Renderer renderer(camera, {above}, 1);
+  const Eigen::Vector3d middle(0.05, -0.03, 0.3);
+  renderer.draw({at(sphere, middle)}, 1);
+  const Picture<float> depth = renderer.depth();
+  int seen = 0;
+  for (int y = 0; y < camera.lens.height_px; ++y) {
+    for (int x = 0; x < camera.lens.width_px; ++x) {
+      if (!(*depth.at(x, y) > 0)) continue;
+      const Eigen::Vector3d p = camera.X_PC.p + *depth.at(x, y) * ray(camera, x, y);
+      const Eigen::Vector3d normal = (p - middle) / radius;
+      // Its terminator is in its own penumbra.
+      if (normal.dot((above.p_W - p).normalized()) < 0.3) continue;
+      ++seen;
+      ASSERT_NEAR(light_of(*renderer.rgb().at(x, y)),
+                  std::min(1.0, camera.exposure * lambert(above, p, normal)), 8e-3)
+          << "at " << x << ", " << y;
+    }
+  }
+  EXPECT_GT(seen, 10000);
 }
 
 TEST(Renderer, APictureOfAMovingCameraDependsOnTheStateAlone) {
