@@ -196,6 +196,38 @@ test('an overlap is refused with both names, and changes nothing', async () => {
   assert.equal(await text(), before);
 });
 
+test('the clearance to the nearest thing at the same height is shown', async () => {
+  await id('thing-trays/small_gear_vessel_2').click();
+  const at = ['xy_m-0', 'xy_m-1'];
+  const here = (await Promise.all(at.map(property))).map(Number);
+  await id('thing-trays/small_gear_vessel_1').click();
+  const there = (await Promise.all(at.map(property))).map(Number);
+  await id('thing-trays/small_gear_vessel_2').click();
+  const size = await page.evaluate(() => {
+    const {bodies} = document.querySelector('main.stage').view.state.cell;
+    const {value} = bodies.find(({name}) => name === 'small_gear_vessel_2').geometry;
+    return [value.boxMaxM.x - value.boxMinM.x, value.boxMaxM.y - value.boxMinM.y];
+  });
+  const shown = async () => {
+    const text = await id('editor-clearance').textContent();
+    const [, gap, name] = /^Clearance: ([\d.]+) mm to (.+)\.$/.exec(text) ?? assert.fail(text);
+    assert.equal(name, 'small_gear_vessel_1');
+    return Number(gap);
+  };
+  const expected = (x) =>
+    1e3 *
+    Math.hypot(
+      Math.max(0, Math.abs(x - there[0]) - size[0]),
+      Math.max(0, Math.abs(here[1] - there[1]) - size[1])
+    );
+  assert.ok(Math.abs((await shown()) - expected(here[0])) < 0.2, `${await shown()}`);
+  const away = here[0] + (here[0] < there[0] ? -0.02 : 0.02);
+  await setProperty('xy_m-0', away);
+  assert.equal(await problem(), '');
+  assert.ok(Math.abs((await shown()) - expected(away)) < 0.2, `${await shown()}`);
+  await click('editor-undo');
+});
+
 test('the chosen thing is dragged in the view, on a grid of 5 mm', async () => {
   await id('thing-trays/small_gear_vessel_2').click();
   const before = await text();
@@ -203,9 +235,12 @@ test('the chosen thing is dragged in the view, on a grid of 5 mm', async () => {
   const away = [x > 0 ? 0.043 : -0.043, 0];
   const from = await screenOf('small_gear_vessel_2'),
     to = await screenOf('small_gear_vessel_2', away);
+  const clearance = () => id('editor-clearance').textContent();
+  const atFirst = await clearance();
   await page.mouse.move(...from);
   await page.mouse.down();
   await page.mouse.move(...to, {steps: 4});
+  await until('another clearance while it is dragged', async () => (await clearance()) !== atFirst);
   await page.mouse.up();
   await until('the new text', async () => {
     await idle();

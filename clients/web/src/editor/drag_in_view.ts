@@ -13,7 +13,8 @@ export class DragInView {
   constructor(
     private readonly editor: SceneEditor,
     view: CellView,
-    private readonly mark: (picks: Pick[]) => void
+    private readonly mark: (picks: Pick[]) => void,
+    private readonly onDrag: (x_m: number, y_m: number) => void
   ) {
     const grabber = {
       grab: (pick: Pick) => this.grab(pick),
@@ -35,8 +36,12 @@ export class DragInView {
 
   private drag(x_m: number, y_m: number, free: boolean): [number, number] {
     const place = this.held && placeOf(this.held);
-    if (!place || free) return [x_m, y_m];
-    return [snapped(place.x + x_m) - place.x, snapped(place.y + y_m) - place.y];
+    const [x, y] =
+      !place || free
+        ? [x_m, y_m]
+        : [snapped(place.x + x_m) - place.x, snapped(place.y + y_m) - place.y];
+    this.onDrag(x, y);
+    return [x, y];
   }
 
   private async drop(x_m: number, y_m: number): Promise<void> {

@@ -4,6 +4,7 @@ import type {Access} from '../ui/access';
 import {Actions} from '../ui/actions';
 import {button, card, download, h, notify, text} from '../ui/dom';
 import type {State} from '../state';
+import {ClearanceMeter} from './clearance';
 import {DragInView} from './drag_in_view';
 import {onEditorKey} from './keys';
 import {propertyForm, type Schema} from './properties';
@@ -38,6 +39,8 @@ export class EditorPanel {
     'data-testid': 'editor-file',
     hidden: true
   });
+  private readonly clearance = h('p', {class: 'meaning', 'data-testid': 'editor-clearance'});
+  private readonly meter: ClearanceMeter;
   private readonly work: HTMLElement;
   private readonly begin: HTMLButtonElement;
   private listed = '';
@@ -78,7 +81,13 @@ export class EditorPanel {
     );
     editor.changed.on(() => this.update());
     state.display.on(() => this.showBegin());
-    new DragInView(editor, view, (picks) => this.mark(picks));
+    this.meter = new ClearanceMeter(editor, view);
+    new DragInView(
+      editor,
+      view,
+      (picks) => this.mark(picks),
+      (x_m, y_m) => text(this.clearance, this.meter.describe(x_m, y_m))
+    );
     onEditorKey(editor, this.element);
     this.update();
   }
@@ -286,6 +295,7 @@ export class EditorPanel {
       void this.showProperties();
       if (this.whole.value !== editor.text && !editor.problem) this.whole.value = editor.text;
       this.mark(editor.chosen ? editor.picksOf(editor.chosen) : []);
+      this.showClearance();
     }
     this.access.update();
   }
@@ -340,6 +350,13 @@ export class EditorPanel {
     return `Slots in reach from above: ${each.join(', ')}.`;
   }
 
+  private showClearance(): void {
+    const {chosen} = this.editor;
+    if (!chosen) return;
+    this.meter.take(chosen);
+    text(this.clearance, this.meter.describe());
+  }
+
   private listOffers(): void {
     const offers = this.editor.library.offers(this.editor.scene);
     const names = offers.map(({kind, type}) => `${kind.key}/${type}`).join();
@@ -377,6 +394,7 @@ export class EditorPanel {
     this.properties.replaceChildren(
       h('h3', {}, chosen.name),
       h('p', {class: 'meaning', 'data-testid': 'editor-reach'}, reach),
+      this.clearance,
       propertyForm(
         chosen,
         chosen.kind.single ? list : list?.items,

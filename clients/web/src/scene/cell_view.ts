@@ -2,6 +2,7 @@
 import type {MovePlan} from '../protocol';
 import type {State} from '../state';
 import type {Grabber} from './dragging';
+import type {Footprint} from './footprint';
 import {isWebGlAvailable} from './quality';
 import {View} from './view';
 
@@ -33,6 +34,8 @@ export interface CellView {
   select(pick: Pick | null): void;
   /** From now on decides what the pointer drags; null = nothing. */
   setGrabber(grabber: Grabber | null): void;
+  /** Outlines from above of what is drawn for it. */
+  footprintsOf(pick: Pick): Footprint[];
   clearTrails(): void;
   goHome(): void;
   focusRobot(index: number): void;
@@ -74,6 +77,9 @@ class BlankView implements CellView {
   setLayer(): void {}
   select(): void {}
   setGrabber(): void {}
+  footprintsOf(): Footprint[] {
+    return [];
+  }
   clearTrails(): void {}
   goHome(): void {}
   focusRobot(): void {}

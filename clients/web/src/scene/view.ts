@@ -8,6 +8,7 @@ import {looksDifferent} from './changes';
 import {Contacts} from './contacts';
 import {toQuaternion, toVector} from './convert';
 import {Dragging, type Grabber} from './dragging';
+import {footprintsOf, type Footprint} from './footprint';
 import {Fineness} from './fineness';
 import {cornersOf, fitted, kUp, type Picture} from './framing';
 import {Goals} from './goals';
@@ -198,6 +199,11 @@ export class View implements CellView {
 
   setGrabber(grabber: Grabber | null): void {
     this.dragging.grabber = grabber;
+  }
+
+  footprintsOf(pick: Pick): Footprint[] {
+    const object = this.find(pick);
+    return object ? footprintsOf(object) : [];
   }
 
   clearTrails(): void {
