@@ -1,7 +1,6 @@
 #include "world/render/raster/depth_bounds.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -55,6 +54,43 @@ APRSIM_VECTOR_CLONES void bound_blocks(const Rows& rows, long row_stride, int ab
   }
 }
 
+/// The depths of a block, row by row.
+struct Texels {
+  Vec8f rows[kSide];
+};
+static_assert(kSide == kLanes);
+
+struct Fit {
+  float per_u = 0, per_v = 0, low = 0, high = 0;
+};
+
+/// Bounds about a plane with these slopes.
+inline Fit bounds_about(const Texels& texels, float per_u, float per_v) {
+  const Vec8f u = per_u * Vec8f{-3.5F, -2.5F, -1.5F, -0.5F, 0.5F, 1.5F, 2.5F, 3.5F};
+  Vec8f low = broadcast(kFar), high = broadcast(-kFar);
+  for (int y = 0; y < kSide; ++y) {
+    const float v = per_v * (static_cast<float>(y) - 0.5F * (kSide - 1));
+    const Vec8f rest = texels.rows[y] - u - v;
+    low = min(low, rest);
+    high = max(high, rest);
+  }
+  Fit out{per_u, per_v, low[0], high[0]};
+  for (int lane = 1; lane < kLanes; ++lane) {
+    out.low = std::min(out.low, low[lane]);
+    out.high = std::max(out.high, high[lane]);
+  }
+  return out;
+}
+
+/// The plane through three corners; a level one where an edge crosses the block.
+APRSIM_VECTOR_CLONES Fit fit_plane(const Texels& texels) {
+  const float corner = texels.rows[0][0];
+  const Fit plane = bounds_about(texels, (texels.rows[0][kSide - 1] - corner) / (kSide - 1),
+                                 (texels.rows[kSide - 1][0] - corner) / (kSide - 1));
+  const Fit level = bounds_about(texels, 0, 0);
+  return level.high - level.low <= plane.high - plane.low ? level : plane;
+}
+
 }  // namespace
 
 DepthBounds::DepthBounds(int size_px)
@@ -72,39 +108,17 @@ std::uint64_t DepthBounds::bytes(int size_px) {
 }
 
 void DepthBounds::fit(const TileGrid& grid, const float* depths, int column, int row) {
-  std::array<float, kSide * kSide> w;
+  Texels texels;
   for (int y = 0; y < kSide; ++y) {
-    std::copy_n(depths + grid.index(column * kSide, row * kSide + y), kSide, w.data() + kSide * y);
+    texels.rows[y] = load(depths + grid.index(column * kSide, row * kSide + y));
   }
-  constexpr float kHalf = 0.5F * (kSide - 1);
-  const auto bounds = [&w](float u, float v) {
-    float low = kFar, high = -kFar;
-    for (int i = 0; i < kSide * kSide; ++i) {
-      const float rest = w[static_cast<std::size_t>(i)] -
-                         u * (static_cast<float>(i % kSide) - kHalf) -
-                         v * (static_cast<float>(i / kSide) - kHalf);
-      low = std::min(low, rest);
-      high = std::max(high, rest);
-    }
-    return std::pair{low, high};
-  };
-  // Through three corners; level where an edge crosses the block.
-  float u = (w[kSide - 1] - w[0]) / (kSide - 1);
-  float v = (w[kSide * (kSide - 1)] - w[0]) / (kSide - 1);
-  auto [low, high] = bounds(u, v);
-  const auto [level_low, level_high] = bounds(0, 0);
-  if (level_high - level_low <= high - low) {
-    u = v = 0;
-    low = level_low;
-    high = level_high;
-  }
+  const Fit fit = fit_plane(texels);
   const auto i = static_cast<std::size_t>(row * stride(blocks_along_) + kBorder + column);
-  const float middle = 0.5F * (low + high);
-  own_.middle[i] = middle;
-  own_.per_u[i] = u;
-  own_.per_v[i] = v;
-  own_.low[i] = low - middle;
-  own_.high[i] = high - middle;
+  own_.middle[i] = 0.5F * (fit.low + fit.high);
+  own_.per_u[i] = fit.per_u;
+  own_.per_v[i] = fit.per_v;
+  own_.low[i] = fit.low - own_.middle[i];
+  own_.high[i] = fit.high - own_.middle[i];
 }
 
 void DepthBounds::bound_row(int row) {

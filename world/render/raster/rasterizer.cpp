@@ -32,7 +32,9 @@ APRSIM_VECTOR_CLONES void draw_facet(const Rasterizer::Facet& facet, std::uint32
     const Rays::Bounds& bounds = rays.rows[row];
     if (facet.y_max < bounds.y_min || facet.y_min > bounds.y_max) continue;
     for (int i = row * TileGrid::kWidth; i < (row + 1) * TileGrid::kWidth; i += kLanes) {
-      const Vec8f x = load(rays.x + i), y = load(rays.y + i);
+      const Vec8f x = load(rays.x + i);
+      if (!any((x >= facet.x_min) & (x <= facet.x_max))) continue;
+      const Vec8f y = load(rays.y + i);
       const Vec8f a = plane(facet.edge[0], x, y), b = plane(facet.edge[1], x, y),
                   c = plane(facet.edge[2], x, y), w = plane(facet.inverse, x, y);
       const Vec8f before = load(depths + i);

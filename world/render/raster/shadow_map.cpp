@@ -216,41 +216,67 @@ inline Sample sample(const Map& map, const Receivers& at, const Vec8f& du, const
   return out;
 }
 
-/// Share of the lamp, by samples of the map.
-inline Vec8f soft_light(const Map& map, const Receivers& at, const Taps& taps) {
-  // Mean depth of the blockers: half of the samples near, half farther out.
+/// What is nearer to the lamp than points: how many of the samples, and their inverse depths.
+struct Blockers {
+  Vec8i count = broadcast(0);
   Vec8f sum = broadcast(0.0F);
-  Vec8i blockers = broadcast(0);
-  for (int i = 0; i < kTaps; ++i) {
-    const float radius = i % 2 == 0 ? kNearSearch_px : kFarSearch_px;
-    const Sample here = sample(map, at, radius * taps.u[i], radius * taps.v[i]);
-    sum += here.blocks ? here.depth : broadcast(0.0F);
-    blockers -= here.blocks;
+};
+
+/// Every second sample from `first` on.
+inline void search(const Map& map, const Receivers& at, const Taps& taps, int first,
+                   float radius_px, Blockers& out) {
+  for (int i = first; i < kTaps; i += 2) {
+    const Sample here = sample(map, at, radius_px * taps.u[i], radius_px * taps.v[i]);
+    out.sum += here.blocks ? here.depth : broadcast(0.0F);
+    out.count -= here.blocks;
   }
-  const Mask8 blocked = blockers > 0;
-  if (!any(blocked)) return broadcast(1.0F);
-  const Vec8f mean = blocked ? sum / to_float(blockers) : 1 / at.z;
-  const Vec8f width_px = penumbra_px(map, at, mean);
+}
+
+/// Share of samples within the penumbras that are lit.
+inline Vec8f lit_share(const Map& map, const Receivers& at, const Taps& taps,
+                       const Vec8f& width_px) {
   Vec8i dark = broadcast(0);
   for (int i = 0; i < kTaps; ++i) {
     dark -= sample(map, at, width_px * taps.u[i], width_px * taps.v[i]).blocks;
   }
-  const Vec8f light = 1 - to_float(dark) * (1.0F / kTaps);
-  return blocked ? light : broadcast(1.0F);
+  return 1 - to_float(dark) * (1.0F / kTaps);
+}
+
+/// Share of the lamp, by samples of the map, for the lanes that are `open`. `widest_px`: bound of
+/// the penumbra.
+inline Vec8f soft_light(const Map& map, const Receivers& at, const Taps& taps, const Mask8& open,
+                        const Vec8f& widest_px) {
+  Blockers blockers;
+  search(map, at, taps, 0, kNearSearch_px, blockers);
+  // The near samples alone tell of narrow penumbras, unless an edge is among them.
+  const Mask8 narrow = widest_px <= broadcast(kNearSearch_px);
+  const Mask8 even = (blockers.count == 0) | (blockers.count == kTaps / 2);
+  Vec8f light = blockers.count == 0 ? broadcast(1.0F) : broadcast(0.0F);
+  Mask8 rest = open & ~(narrow & even);
+  if (!any(rest)) return light;
+  Blockers all = blockers;
+  search(map, at, taps, 1, kFarSearch_px, all);
+  const Vec8i count = narrow ? blockers.count : all.count;
+  const Vec8f sum = narrow ? blockers.sum : all.sum;
+  const Vec8f mean = count > 0 ? sum / to_float(count) : 1 / at.z;
+  const Vec8f width_px = penumbra_px(map, at, mean);
+  light = rest & (count == 0) ? broadcast(1.0F) : light;
+  light = rest & (count == kTaps) ? broadcast(0.0F) : light;
+  rest &= (count > 0) & ((count < kTaps) | (width_px > broadcast(kFarSearch_px)));
+  return any(rest) ? (rest ? lit_share(map, at, taps, width_px) : light) : light;
 }
 
 /// Most points are decided by the bounds of their block, without a sample.
 inline Vec8f light_of(const Map& map, const Receivers& at, const Taps& taps) {
   const Bounds bounds = bounds_at(map, at);
   // No sample is farther away than the widest penumbra that anything there may cast.
-  const Mask8 narrow = penumbra_px(map, at, max(bounds.nearest, 1 / at.z)) <=
-                       broadcast(DepthBounds::kNear_px - kRounding_px);
+  const Vec8f widest_px = penumbra_px(map, at, max(bounds.nearest, 1 / at.z));
+  const Mask8 narrow = widest_px <= broadcast(DepthBounds::kNear_px - kRounding_px);
   const Mask8 lit = (bounds.high <= 0) | (narrow & (bounds.near_high <= 0));
   const Mask8 dark = (bounds.low > 0) | (narrow & (bounds.near_low > 0));
   const Vec8f decided = dark ? broadcast(0.0F) : broadcast(1.0F);
   const Mask8 open = at.seen & ~lit & ~dark;
-  if (!any(open)) return decided;
-  return open ? soft_light(map, at, taps) : decided;
+  return any(open) ? (open ? soft_light(map, at, taps, open, widest_px) : decided) : decided;
 }
 
 APRSIM_VECTOR_CLONES Spread light_pixels(const Map& map, const TilePoints& points,
