@@ -14,6 +14,8 @@ from fault_table import FAULTS, JOBS, write_scenario
 from running_cell import BINARIES, CONTROLLER, PATIENCE, ROOT
 
 AS_EXPECTED, ANOTHER_OUTCOME = 0, 1
+# The kinds that also run with the reactions off: a fifth, all of them with APRSIM_THOROUGH.
+BLIND_KINDS = list(FAULTS)[:: 1 if "APRSIM_THOROUGH" in os.environ else 5]
 
 
 def stated():
@@ -64,6 +66,8 @@ class FaultTest(unittest.TestCase):
                 self.assertEqual(code, AS_EXPECTED, text)
                 for event in rows[kind][0]:
                     self.assertIn(event, told, text)
+                if kind not in BLIND_KINDS:
+                    continue
                 code, text, told = self.run_job(kind, blind=True)
                 self.assertEqual(code, ANOTHER_OUTCOME, text)
                 self.assertTrue({"take", "give_up", "detect_again"} & set(told), f"it works: {told}")
