@@ -62,11 +62,12 @@ def apart(a, b, gap):
 
 class Layout:
     """Trays at random places that do not meet. With `any_gears` there are two to MOST_TRAYS trays a robot, as
-    far as they fit, of any type, with any number of gears and any label."""
+    far as they fit, of any type, with any number of gears and any label. Trays stay `margin_mm` within the
+    robot's view."""
 
-    def __init__(self, seed, gap_mm=GAP_MM, any_gears=False):
+    def __init__(self, seed, gap_mm=GAP_MM, any_gears=False, margin_mm=0.0):
         self.chances = random.Random(seed)
-        self.gap_mm, self.any_gears = gap_mm, any_gears
+        self.gap_mm, self.any_gears, self.margin_mm = gap_mm, any_gears, margin_mm
         self.cell = cells.read_cell("aprs_2025")
         self.outlines = outlines()
         self.trays = []  # (name, type, pose, slots with gears)
@@ -107,6 +108,8 @@ class Layout:
 
     def _place(self, robot, kind, placed):
         (x0, y0), (x1, y1) = robot.view_mm
+        x0, y0 = x0 + self.margin_mm, y0 + self.margin_mm
+        x1, y1 = x1 - self.margin_mm, y1 - self.margin_mm
         near, far = robot.reach_mm[0] + REACH_MARGIN_MM, robot.reach_mm[1] - REACH_MARGIN_MM
         for _ in range(400):
             pose = Pose2(

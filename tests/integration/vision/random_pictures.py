@@ -1,7 +1,7 @@
 """Pictures of random layouts in the laboratory of 2025, with the true trays and gears. As a program: the
 detection of clients/vision on them; prints a line a layout and a summary.
 
-    random_pictures.py [--count 20] [--seed 1] [--gap-mm 4] [--json FILE]
+    random_pictures.py [--count 20] [--seed 1] [--gap-mm 4] [--margin-mm 0] [--json FILE]
 """
 
 import argparse
@@ -209,17 +209,18 @@ def compare_layouts(vision, shown, layouts, score, report=lambda text: None):
         report(f"{name}: {len(truth)} trays, {'; '.join(score.troubles[before:]) or 'all right'}")
 
 
-def layouts_from(seed, count, gap_mm):
+def layouts_from(seed, count, gap_mm, margin_mm=0.0):
     """The recorded layout, then random ones."""
     yield "recorded layout", None
     for number in range(seed, seed + count):
-        yield f"layout {number}", Layout(number, gap_mm=gap_mm, any_gears=True)
+        yield f"layout {number}", Layout(number, gap_mm=gap_mm, any_gears=True, margin_mm=margin_mm)
 
 
 def options_of(parser):
     parser.add_argument("--count", type=int, default=20, help="number of random layouts (default 20)")
     parser.add_argument("--seed", type=int, default=1, help="seed of the first layout (default 1)")
     parser.add_argument("--gap-mm", type=float, default=GAP_MM, help="least gap between trays (default 4)")
+    parser.add_argument("--margin-mm", type=float, default=0, help="within the robot's view (default 0)")
     parser.add_argument("--json", type=pathlib.Path, help="file for the summary")
     return parser.parse_args()
 
@@ -228,7 +229,7 @@ def main(make_vision=OwnVision):
     options = options_of(argparse.ArgumentParser(description="Compare a detection with the true cell."))
     score = Score()
     with PicturedCell() as shown:
-        layouts = layouts_from(options.seed, options.count, options.gap_mm)
+        layouts = layouts_from(options.seed, options.count, options.gap_mm, options.margin_mm)
         compare_layouts(make_vision(shown), shown, layouts, score, lambda text: print(text, flush=True))
     summary = {"layouts": options.count + 1, **score.summary()}
     print(json.dumps(summary, indent=2))

@@ -117,7 +117,7 @@ Mesh fixed_mesh(const scene::StaticBox& box, double above_floor_m) {
   mesh.set_material(fixed_material(box));
   mesh.box(Eigen::Vector3d::Zero(), box.size);
   if (has(box.name, "optical")) {
-    Material top = paint(kSteelColour, 0.12F);
+    Material top = paint(kOpticalTableColour, 0.12F);
     top.second = linear_colour(0x3a3e44);
     top.pattern = Pattern::kHoles;
     mesh.set_material(top);

@@ -14,6 +14,8 @@ inline constexpr std::uint32_t kTrayColour = 0x1d1f22;
 inline constexpr std::uint32_t kPocketColour = 0x131416;
 inline constexpr std::uint32_t kSteelColour = 0xb4b8bd;
 inline constexpr std::uint32_t kTableColour = 0xe4e3de;
+/// Brighter than the threshold of the laboratory's detection at exposures that keep hues of gears.
+inline constexpr std::uint32_t kOpticalTableColour = 0xd4d7da;
 inline constexpr std::uint32_t kDarkColour = 0x2b3037;
 /// Colours by size of the gear, the largest first. Their hues are those that the laboratory's
 /// detection of gears accepts: yellow to green.
