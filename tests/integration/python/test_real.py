@@ -15,6 +15,8 @@ import unittest
 import numpy as np
 from aprsim import BadArgument, Cell, Daemon, Refused, RobotError, TrajectoryError
 from aprsim.binaries import find_binary
+from aprsim.envs.layout import Layout
+from aprsim.poses import yaw_of
 from aprsim.real.base.deviation import Comparison
 from aprsim.real.base.devices import DeviceLies, DeviceLost, address
 from aprsim.real.base.shadow import Shadow
@@ -27,6 +29,9 @@ from aprsim.real.robots.robot_source import tool_of
 from aprsim.real.robots.wire_joints import WireJoints
 from real_support import HOST, Disturbed
 from running_cell import PATIENCE, WithCell, await_that
+
+
+TABLE_M = 0.915  # height of the Fanuc's table
 
 
 class JointStreamTest(WithCell):
@@ -151,6 +156,37 @@ class PacingTest(unittest.TestCase):
                     here = target
                     delays.append(left_s)
                 self.assertLessEqual(max(delays[150:]), delay_s + 1e-5, period_s)
+
+    def test_accelerations_are_bounded_where_times_are_wrong(self):
+        """Times that are off by up to 4 ms; exact ones change nothing, wrong ones delay by little."""
+        chance = random.Random(4)
+        most = 5 * self.SPEED
+        for off_s in (0.0, 0.002, 0.004):
+            for _ in range(20):
+                pacing = Pacing(np.array([-3.0, -3.0]), np.array([3.0, 3.0]), self.SPEED, self.PERIOD_S + 0.005)
+                left_s, told_s, end_s = 0.005, 0.0, 0.0
+                phase, rate = chance.uniform(0, 6), chance.uniform(0.5, 1.2)
+                place = lambda at_s: np.array([math.sin(phase + rate * at_s), math.cos(rate * at_s) - 1])  # noqa: E731
+                postures, delays, shares, changed = [(0.0, place(0))], [], [], 0
+                velocity = np.array([rate * math.cos(phase), 0.0])
+                for number in range(1, 400):
+                    at_s = number * self.PERIOD_S + chance.uniform(-off_s, off_s)
+                    measured_s, told_s = at_s - told_s, at_s
+                    left_s = max(left_s - measured_s, 0.0)
+                    before, here = postures[-1][1], place(number * self.PERIOD_S)
+                    base_s = pacing.segment_s(before, here, measured_s, left_s)
+                    wanted = pacing.velocity([*postures[-2:], (end_s + base_s, here)])
+                    lasts_s, to = pacing.smooth(here - before, velocity, wanted, base_s, measured_s, left_s)
+                    step = (here - before) / lasts_s
+                    for acceleration in (6 * step - 4 * velocity - 2 * to, 2 * velocity + 4 * to - 6 * step):
+                        shares.append((np.abs(acceleration) / lasts_s / most).max())
+                    changed += number > 20 and (abs(lasts_s - base_s) > 1e-9 or (to != wanted).any())
+                    end_s, left_s, velocity = end_s + lasts_s, left_s + lasts_s, to
+                    postures.append((end_s, here))
+                    delays.append(left_s)
+                self.assertLess(np.median(delays[100:]), 1.3 * self.PERIOD_S + 10 * off_s)
+                self.assertLess(np.percentile(shares, 90), 2)  # 9 without
+                self.assertEqual(changed > 0, off_s > 0)
 
     def test_velocities_are_exact_on_a_parabola(self):
         chance = random.Random(2)
@@ -301,6 +337,50 @@ class BesideTest(unittest.TestCase):
             [find_binary("aprsim"), "replay", str(journal)], capture_output=True, text=True, check=False
         )
         self.assertEqual(replay.returncode, 0, replay.stdout + replay.stderr)
+
+    def test_a_late_copy_grips_in_the_same_order(self):
+        """A cell that is slower than the real one: its robot is late by seconds, and takes the part, too."""
+        robot, gear = self.real.robot("fanuc"), "part_medium_gear_1"
+        place = Layout(self.real.description, self.real.snapshot()).gears[gear]
+        grasp = place.position_m + [0, 0, place.grasp_height_m]
+        yaw = yaw_of(robot.tool())
+        robot.set_speed(0.3)
+        robot.open_gripper()
+        robot.move_to(grasp + [0, 0, 0.06], yaw)
+        mirror = self.mirror(self.real.endpoints.crcl_port("fanuc"))
+        await_that(mirror.follows.is_set, self.told)
+        self.cell.set_speed(0.25)
+        robot.move_to(grasp, yaw, straight=True)
+        robot.close_gripper()
+        robot.dwell(0.4)
+        robot.move_to(grasp + [0, 0, 0.08], yaw, straight=True)
+        self.assertEqual(self.real.snapshot().robot("fanuc").held_body, gear)
+        await_that(self.is_same, self.told)
+        self.assertEqual(self.cell.snapshot().robot("fanuc").held_body, gear)
+        self.assertEqual(len([text for text in self.told if "follows" in text]), 1, self.told)
+
+    def test_a_collision_of_the_copy_is_cleared_since_the_real_robot_goes_on(self):
+        robot = self.real.robot("fanuc")
+        robot.set_speed(0.2)
+        mirror = self.mirror(self.real.endpoints.crcl_port("fanuc"))
+        await_that(mirror.follows.is_set, self.told)
+        robot.close_gripper()
+        tool = robot.tool()[:3, 3]
+        body = np.eye(4)
+        body[:3, 3] = [tool[0], tool[1], TABLE_M]
+        self.cell.spawn("sku_part_large_gear", "in_the_way", body)
+        # The fingers come down on the gear's peg, in the cell alone.
+        robot.move_by([0, 0, TABLE_M + 0.02 - tool[2]])
+        self.await_told("touches in_the_way")
+        self.cell.remove_body("in_the_way")
+        robot.move_by([0, 0, 0.05])
+        await_that(lambda: mirror.follows.is_set() and self.is_same(), self.told)
+        # A stop by a person is not.
+        self.cell.inject_fault("protective-stop", "fanuc")
+        self.await_told("Protective stop: tripped")
+        self.told.clear()
+        self.await_told("Protective stop: tripped")
+        self.assertFalse(mirror.follows.is_set())
 
     def test_a_device_that_is_silent_is_lost(self):
         disturbed = Disturbed(self.real.endpoints.crcl_port("fanuc"))

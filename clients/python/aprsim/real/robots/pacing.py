@@ -14,6 +14,10 @@ _SPEED_TOLERANCE = 1.5  # times a joint's limit, between two measurements whose 
 _LEAST_INTERVAL_S = 0.01  # for speeds of measurements
 # Accelerations grow with the square of the shortening.
 _LEAST_SHARE, _MOST_SHARE = 0.85, 1.3  # of the time between two measurements
+_RISE_S = 0.2  # to a joint's highest speed, at the highest acceleration of a copy
+# Times of measurements are uncertain: a segment may last so many times as long, the first that fits.
+_FACTORS = (1.0, 1.1, 0.9, 1.2, 0.8, 1.35, 0.7, 1.5, 0.6, 1.75, 2.0, 2.5, 3.0)
+_FACTORS_LATE = (1.0, 0.9, 1.1, 0.8, 1.2, 0.7, 1.35, 0.6, 1.5, 0.5, 1.75, 2.0, 2.5, 3.0)
 _CORRECTION = 0.1  # of the difference from the wanted delay, in each segment
 _LIMIT_TOLERANCE_RAD = 0.02  # beyond a joint's range: rounded, or another stop than ours
 _INSIDE_RAD = 1e-6
@@ -76,3 +80,27 @@ class Pacing:
             bend = (slope - (before - earlier) / (before_s - earlier_s)) / (now_s - earlier_s)
             slope = slope + bend * (now_s - before_s)
         return np.clip(slope, -_SPEED_SHARE * self._speed, _SPEED_SHARE * self._speed)
+
+    def smooth(
+        self, step_rad: Array, from_rad_s: Array, to_rad_s: Array, duration_s: float, measured_s: float, left_s: float
+    ) -> tuple[float, Array]:
+        """Duration and last velocity of a segment whose accelerations a copy can make: times that are off by some
+        milliseconds would ask for more than the drives have. They are those given where that is possible. What
+        is appended lasts at least as long as the time between two measurements."""
+        most = self._speed / _RISE_S
+        least_s = max(measured_s - left_s, float((np.abs(step_rad) / (_SPEED_SHARE * self._speed)).max()))
+        is_late = left_s + duration_s > self._delay_s
+        excess, best = np.inf, (duration_s, to_rad_s)
+        for factor in _FACTORS_LATE if is_late else _FACTORS:
+            T = max(factor * duration_s, least_s)
+            # Of a cubic polynomial, at its begin and its end.
+            begin, end = (6 * step_rad / T - 4 * from_rad_s) / 2, (6 * step_rad / T - 2 * from_rad_s) / 4
+            low = np.maximum(begin - most * T / 2, end - most * T / 4)
+            high = np.minimum(begin + most * T / 2, end + most * T / 4)
+            beyond = float(((low - high) / (most * T)).max())
+            if beyond < excess:
+                to = np.clip(to_rad_s, np.minimum(low, high), np.maximum(low, high))
+                excess, best = beyond, (T, np.clip(to, -_SPEED_SHARE * self._speed, _SPEED_SHARE * self._speed))
+            if beyond <= 0:
+                break
+        return best

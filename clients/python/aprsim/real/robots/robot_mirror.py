@@ -26,13 +26,15 @@ RETRY_S = 1.0
 _MARGIN_S = 0.005  # for the way of a measurement to the cell
 _LATENCIES = 1000
 _OPEN_M = 1e-3  # a gripper within this of its greatest opening counts as open
+_GRIPS_S = 1.0  # of rest after a change of the gripper that the copy makes, too
+_COLLIDED = "backs off by itself"  # in the text of a stop by a collision
 
 
 class RobotMirror:
     """Reads a real robot's states and lets the cell's robot of that name follow its joints and its
     gripper. A device that is lost, or that tells impossible values, is reported; the robot stops
-    until it is back. A robot that somebody stops in the cell is taken again when it is free. Thread: one
-    at a time."""
+    until it is back. A robot that somebody stops in the cell is taken again when it is free. A collision of
+    the copy is cleared, since the real robot goes on. Thread: one at a time."""
 
     def __init__(self, cell: Cell, robot: str, source: RobotSource, *, report: Report) -> None:
         description = robot_named(cell.description, robot)
@@ -44,7 +46,11 @@ class RobotMirror:
         self._report = report
         self._told = ""
         self._left_until_s, self._moves, self._measured_s = 0.0, False, 0.0
+        self._velocity: Array = np.zeros_like(speed_rad_s)  # at the last posture
         self._widest_m, self._setting = 0.0, math.nan
+        self._end_s = 0.0  # of the stream
+        self._settings: deque[tuple[float, float]] = deque()  # to come, with their times of the stream
+        self._grips_until_s = -math.inf  # by the times of measurements
         self._latencies: deque[float] = deque(maxlen=_LATENCIES)
         self.follows = threading.Event()
         """Set while the cell's robot follows the real one."""
@@ -65,9 +71,11 @@ class RobotMirror:
             except (DeviceLost, DeviceLies) as error:
                 self._tell(f"{self._robot}: the real robot is lost: {error}")
             except TrajectoryError as error:
-                resets = error.result == "ALARM"  # by a point of ours; a stop is for a person to clear
+                # By a point of ours, or by a collision; any other stop is for a person to clear.
+                resets = error.result == "ALARM" or _COLLIDED in str(error)
                 self._tell(f"{self._robot}: the simulated robot does not follow: {error}")
             except Refused as error:
+                resets = resets or _COLLIDED in str(error)
                 self._tell(f"{self._robot}: the simulated robot does not follow: {error}")
             finally:
                 self.follows.clear()
@@ -117,18 +125,25 @@ class RobotMirror:
         stream at which the robot reaches them."""
         at_s, before = postures[-1]
         measured_s, self._measured_s = now[0] - self._measured_s, now[0]
-        if (now[1] == before).all() and not self._moves:
+        grips = bool(self._settings) or now[0] < self._grips_until_s
+        if (now[1] == before).all() and not self._moves and not grips:
             return
         left_s = max(self._left_until_s - time.monotonic(), 0.0)
         duration_s = self._pacing.segment_s(before, now[1], measured_s, left_s)
+        velocity = self._pacing.velocity([*postures, (at_s + duration_s, now[1])])
+        duration_s, velocity = self._pacing.smooth(
+            now[1] - before, self._velocity, velocity, duration_s, measured_s, left_s
+        )
         postures.append((at_s + duration_s, now[1]))
-        self._move(stream, now[1], duration_s, self._pacing.velocity(postures))
+        self._move(stream, now[1], duration_s, velocity)
         self._latencies.append(self._left_until_s - now[0])
 
     def _move(self, stream: JointStream, to_rad: Array, after_s: float, velocity_rad_s: Array) -> None:
         taken = stream.append(to_rad, after_s, velocity_rad_s)
+        self._end_s = taken.end_time_s
+        self._switch(taken.time_s)
         self._left_until_s = time.monotonic() + taken.end_time_s - taken.time_s
-        self._moves = bool((velocity_rad_s != 0).any())
+        self._moves, self._velocity = bool((velocity_rad_s != 0).any()), velocity_rad_s
 
     def _approach(
         self, stream: JointStream, reader: RobotReader, ended: threading.Event
@@ -136,10 +151,13 @@ class RobotMirror:
         """Slowly to where the real robot is, until that is slow itself: nobody can join it at full speed.
         The last reading, and where the robot is then."""
         here = self._cell.snapshot(["robots"]).robot(self._robot).joints_rad
+        self._end_s = 0.0
         while True:
             reading, target = self._read(reader)
             self._left_until_s, self._moves, self._measured_s = 0.0, False, reading.at_s
+            self._velocity = 0 * here
             if self._pacing.is_near(here, target) or ended.is_set():
+                self._switch(math.inf)  # those of a stream before
                 return reading, deque([(0.0, here)], maxlen=3)
             stream.require_open()
             self._move(stream, target, self._pacing.approach_s(here, target), 0 * target)
@@ -152,12 +170,21 @@ class RobotMirror:
         return reading, target
 
     def _follow_gripper(self, reading: RobotReading) -> None:
-        """As it is commanded; where that is not reported, as its fingers are. Sends changes alone."""
+        """As it is commanded; where that is not reported, as its fingers are. A change comes when the robot is
+        where the real one was, and the rest after it lasts as long as the real one's: the copy may be late, and
+        then it grips in the same order."""
         setting = reading.gripper_setting
         if setting is None and reading.separation_m is not None:
             self._widest_m = max(self._widest_m, reading.separation_m)
             setting = 1.0 if reading.separation_m > self._widest_m - _OPEN_M else 0.0
         if setting is None or not 0 <= setting <= 1 or setting == self._setting:
             return
-        self._cell.switch_gripper(self._robot, setting)
         self._setting = setting
+        self._settings.append((self._end_s, setting))
+        self._grips_until_s = reading.at_s + _GRIPS_S
+
+    def _switch(self, now_s: float) -> None:
+        """The settings that are due at a time of the stream."""
+        while self._settings and self._settings[0][0] <= now_s:
+            self._cell.switch_gripper(self._robot, self._settings[0][1])
+            self._settings.popleft()
