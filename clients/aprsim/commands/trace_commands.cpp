@@ -41,7 +41,9 @@ void set_listener_port(TraceImportCommand& command, const std::string& text) {
   const auto port = port_of(number);
   if (!trace::is_listener_name(name) || !port) {
     throw CLI::ValidationError(
-        "--port", "'" + text + "' is not crcl.NAME=PORT, modbus=PORT or vision.NAME=PORT");
+        "--port", "'" + text +
+                      "' is not LISTENER=PORT with modbus, or crcl., vision., motion., state. or "
+                      "gripper.NAME");
   }
   command.ports[*port] = name;
 }
@@ -60,9 +62,10 @@ void add_trace_import(CLI::App& trace, CommandLine& line) {
          [c = command](const std::vector<std::string>& all) {
            for (const auto& one : all) set_listener_port(*c, one);
          },
-         "Port of a listener: crcl.NAME=PORT, modbus=PORT or vision.NAME=PORT (default: "
+         "Port of a listener: modbus, or crcl., vision., motion., state. or gripper.NAME (default: "
          "crcl.fanuc=64444, crcl.motoman=64445, modbus=502 and 1502, vision.fanuc=4000, "
-         "vision.motoman=4001)")
+         "vision.motoman=4001, motion, state and gripper.fanuc=11000, 11002, 12123, those of the "
+         "motoman=50240, 50241, 50242)")
       ->type_name("LISTENER=PORT")
       ->allow_extra_args(false);
   offer_json(*sub, line);

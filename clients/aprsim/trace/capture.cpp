@@ -28,7 +28,8 @@ struct CloseCapture {
 
 v1::WireKind wire_kind(const std::string& listener) {
   if (listener.starts_with("crcl.")) return v1::WIRE_KIND_CRCL;
-  return listener == "modbus" ? v1::WIRE_KIND_MODBUS : v1::WIRE_KIND_VISION;
+  if (listener == "modbus") return v1::WIRE_KIND_MODBUS;
+  return listener.starts_with("vision.") ? v1::WIRE_KIND_VISION : v1::WIRE_KIND_SIMPLE_MESSAGE;
 }
 
 /// Writes the records of one journal file, which is in its place once all are written.
@@ -199,17 +200,22 @@ v1::JournalRecord header_record(const std::string& capture, const ListenerPorts&
 }  // namespace
 
 ListenerPorts usual_ports() {
-  return {{64444, "crcl.fanuc"}, {64445, "crcl.motoman"}, {502, "modbus"},
-          {1502, "modbus"},      {4000, "vision.fanuc"},  {4001, "vision.motoman"}};
+  return {{64444, "crcl.fanuc"},     {64445, "crcl.motoman"},  {502, "modbus"},
+          {1502, "modbus"},          {4000, "vision.fanuc"},   {4001, "vision.motoman"},
+          {11000, "motion.fanuc"},   {11002, "state.fanuc"},   {12123, "gripper.fanuc"},
+          {50240, "motion.motoman"}, {50241, "state.motoman"}, {50242, "gripper.motoman"}};
 }
 
 bool is_listener_name(const std::string& name) {
   const auto allowed = [](unsigned char c) {
     return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.';
   };
-  return name == "modbus" || (((name.starts_with("crcl.") && name.size() > 5) ||
-                               (name.starts_with("vision.") && name.size() > 7)) &&
-                              std::ranges::all_of(name, allowed));
+  constexpr std::array<std::string_view, 5> kKinds = {"crcl.", "vision.", "motion.", "state.",
+                                                      "gripper."};
+  const bool known = std::ranges::any_of(kKinds, [&](std::string_view kind) {
+    return name.starts_with(kind) && name.size() > kind.size();
+  });
+  return name == "modbus" || (known && std::ranges::all_of(name, allowed));
 }
 
 namespace {

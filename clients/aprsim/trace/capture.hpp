@@ -10,19 +10,19 @@
 /// Captures of networks as journals.
 namespace aprsim::trace {
 
-/// Listeners by their port: crcl.NAME, modbus or vision.NAME.
+/// Listeners by their port: modbus, and crcl., vision., motion., state. or gripper.NAME.
 using ListenerPorts = std::map<std::uint16_t, std::string>;
 
 /// The default ports of a laboratory's servers.
 [[nodiscard]] ListenerPorts usual_ports();
-/// Whether a listener can have this name: "modbus", "crcl.NAME" or "vision.NAME", NAME of letters,
-/// digits, '_', '-' and '.'.
+/// Whether a listener can have this name: "modbus", or a kind and a NAME of letters, digits, '_',
+/// '-' and '.'.
 [[nodiscard]] bool is_listener_name(const std::string& name);
 
 struct Imported {
   std::uint64_t packets = 0, connections = 0, records = 0;
   std::uint64_t skipped = 0;  ///< packets in encapsulations that are not read
-  std::map<std::string, std::uint64_t> by_listener;  ///< documents, units and lines
+  std::map<std::string, std::uint64_t> by_listener;  ///< documents, units, lines, messages
   double duration_s = 0;
   std::vector<std::string> notes;  ///< missing and unreadable parts, a sentence each
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "clients/aprsim/trace/simple_message_units.hpp"
 #include "modbus/request_validator.hpp"
 
 namespace aprsim::trace {
@@ -44,6 +45,7 @@ std::vector<std::string> StreamFramer::take(std::string_view bytes) {
   if (kind_ == v1::WIRE_KIND_CRCL) take_documents(bytes, out);
   if (kind_ == v1::WIRE_KIND_MODBUS) take_units(bytes, out);
   if (kind_ == v1::WIRE_KIND_VISION) take_lines(bytes, out);
+  if (kind_ == v1::WIRE_KIND_SIMPLE_MESSAGE) take_messages(bytes, out);
   return out;
 }
 
@@ -86,6 +88,20 @@ void StreamFramer::take_units(std::string_view bytes, std::vector<std::string>& 
     if (buffer_.size() < size) return;
     out.push_back(buffer_.substr(0, size));
     buffer_.erase(0, size);
+  }
+}
+
+void StreamFramer::take_messages(std::string_view bytes, std::vector<std::string>& out) {
+  // Resynchronise at a segment that begins like a message.
+  if (searching_ && buffer_.empty() && !simple_message_unit(bytes, from_client_)) return;
+  searching_ = false;
+  buffer_ += bytes;
+  while (!buffer_.empty()) {
+    const auto size = simple_message_unit(buffer_, from_client_);
+    if (!size) return lose();
+    if (*size == 0) return;
+    out.push_back(buffer_.substr(0, *size));
+    buffer_.erase(0, *size);
   }
 }
 

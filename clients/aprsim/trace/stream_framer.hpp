@@ -10,7 +10,7 @@
 
 namespace aprsim::trace {
 
-/// Splits one direction of a connection into CRCL documents, Modbus units or lines.
+/// Splits one direction of a connection into CRCL documents, Modbus units, lines or messages.
 /// Resynchronises after missing bytes. Thread: one at a time.
 class StreamFramer {
  public:
@@ -27,6 +27,7 @@ class StreamFramer {
   void take_documents(std::string_view bytes, std::vector<std::string>& out);
   void take_units(std::string_view bytes, std::vector<std::string>& out);
   void take_lines(std::string_view bytes, std::vector<std::string>& out);
+  void take_messages(std::string_view bytes, std::vector<std::string>& out);
 
   v1::WireKind kind_;
   bool from_client_;

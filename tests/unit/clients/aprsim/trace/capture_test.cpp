@@ -209,6 +209,67 @@ TEST(Capture, ReusedPortIsAnotherConnection) {
   EXPECT_EQ(fanuc_actions(trace).size(), 3U);
 }
 
+std::string words(std::initializer_list<std::uint32_t> all) {
+  std::string out;
+  for (const std::uint32_t word : all) {
+    for (int shift = 24; shift >= 0; shift -= 8) out += static_cast<char>(word >> shift & 0xFFU);
+  }
+  return out;
+}
+
+std::vector<std::string> data_of(const Trace& trace, const std::string& listener,
+                                 v1::WireContent content) {
+  std::vector<std::string> out;
+  for (const auto& record : trace.wires) {
+    if (record.wire.listener() == listener && record.wire.content() == content) {
+      EXPECT_EQ(record.wire.kind(), v1::WIRE_KIND_SIMPLE_MESSAGE);
+      out.push_back(record.wire.data());
+    }
+  }
+  return out;
+}
+
+TEST(Capture, SimpleMessageIsCutWhereverItsSegmentsEnd) {
+  const std::string state = words({56, 10, 1, 0, 0}) + std::string(40, '\1');
+  const std::string status = words({40, 13, 1, 0, 2, 0, 0, 0, 2, 1, 1});
+  // A point of a client that states a length of its own: Karel reads the joints.
+  const std::string point = words({64, 11, 2, 0, 7}) + std::string(48, '\2');
+  const std::string read_io = words({16, 2003, 2, 0, 10010});
+  const std::string read_reply = words({20, 2004, 3, 1, 1, 0});
+  std::mt19937 random(5);
+  for (int round = 0; round < 20; ++round) {
+    CaptureFile file(Link::kEthernet, false);
+    CapturedConnection states(file, 50000, 11002), motion(file, 50001, 11000);
+    CapturedConnection gripper(file, 50002, 12123), valves(file, 50003, 50242);
+    for (CapturedConnection* one : {&states, &motion, &gripper, &valves}) one->open(0);
+    const auto pieces = [&](const std::string& bytes, auto&& send) {
+      for (std::size_t at = 0; at < bytes.size();) {
+        const std::size_t size = 1 + random() % 70;
+        send(bytes.substr(at, size));
+        at += size;
+      }
+    };
+    pieces(state + status + state, [&](const std::string& one) { states.answers(1, one); });
+    pieces(point + point, [&](const std::string& one) { motion.sends(2, one); });
+    gripper.sends(3, words({1}));
+    gripper.answers(3, words({1}));
+    gripper.sends(3, words({3}) + words({99}));
+    pieces(read_io + read_io, [&](const std::string& one) { valves.sends(4, one); });
+    pieces(read_reply, [&](const std::string& one) { valves.answers(5, one); });
+    const auto [imported, trace] = import(file.bytes());
+    ASSERT_TRUE(imported) << imported.error().message;
+    using Units = std::vector<std::string>;
+    constexpr auto kSent = v1::WIRE_CONTENT_SENT, kReceived = v1::WIRE_CONTENT_RECEIVED;
+    EXPECT_EQ(data_of(trace, "state.fanuc", kSent), (Units{state, status, state}));
+    EXPECT_EQ(data_of(trace, "motion.fanuc", kReceived), (Units{point, point}));
+    EXPECT_EQ(data_of(trace, "gripper.fanuc", kReceived),
+              (Units{words({1}), words({3}), words({99})}));
+    EXPECT_EQ(data_of(trace, "gripper.fanuc", kSent), Units{words({1})});
+    EXPECT_EQ(data_of(trace, "gripper.motoman", kReceived), (Units{read_io, read_io}));
+    EXPECT_EQ(data_of(trace, "gripper.motoman", kSent), Units{read_reply});
+  }
+}
+
 TEST(Capture, PortsAreConfigurable) {
   CaptureFile file;
   CapturedConnection robot(file, 50000, 7001);
@@ -218,6 +279,8 @@ TEST(Capture, PortsAreConfigurable) {
   const auto [imported, trace] = import(file.bytes(), {{7001, "crcl.fanuc"}});
   EXPECT_EQ(fanuc_actions(trace).size(), 1U);
   EXPECT_TRUE(is_listener_name("crcl.x"));
+  EXPECT_TRUE(is_listener_name("state.fanuc"));
+  EXPECT_FALSE(is_listener_name("gripper."));
   EXPECT_FALSE(is_listener_name("crcl."));
   EXPECT_FALSE(is_listener_name("grpc"));
 }
