@@ -201,6 +201,30 @@ class SimpleMessageTest(Beside):
         await_that(lambda: device.alarms() > alarms, self.told)
         self.await_told("mm apart")
 
+    def test_a_shadow_of_the_fanuc_does_the_same_until_it_is_moved(self):
+        device = self.build(self.settings("fanuc", "shadow", allow_commands=True, most_ms=10_000))
+        await_that(lambda: device.state() == "does the same", self.told)
+        motion = self.client(self.listening("fanuc: controllers (motion)"))
+        gripper = self.client(self.listening("fanuc: controllers (gripper)"), Words)
+        start = self.joints(self.real, "fanuc")
+        for number, turn in enumerate(([-0.2, 0, 0], [-0.2, 0.1, -0.1], [-0.1, 0.1, 0], [0, 0, 0]), 1):
+            goal = start + [*turn, 0.1 * (number % 2), 0, 0]
+            self.assertEqual(struct.unpack_from(">4i", motion.ask(self.fanuc_point(number, goal))), (56, 10, 3, 1))
+            for cell in (self.real, self.cell):
+                await_that(lambda: np.abs(self.joints(cell, "fanuc") - goal).max() < 1e-3, self.told)
+        for word, setting in ((1, 0), (0, 1)):
+            gripper.ask(struct.pack(">i", word))
+            for cell in (self.real, self.cell):
+                await_that(lambda: self.gripper(cell, "fanuc") == setting, (word, self.told))
+        await_that(lambda: device.state() == "does the same", self.told)
+        self.assertFalse([text for text in self.told if "refuses" in text], self.told)
+        motion.close()
+        alarms = device.alarms()
+        await_that(lambda: self.cell.snapshot(["robots"]).robot("fanuc").message.motion.stream == 0, "the copy's end")
+        self.cell.robot("fanuc").move_by([0, 0, 0.01])
+        await_that(lambda: device.alarms() > alarms, self.told)
+        self.await_told("mm apart")
+
 
 class Words:
     """Cuts words of four bytes."""
