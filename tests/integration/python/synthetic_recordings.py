@@ -11,11 +11,13 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "clients" / "python"))
 
 from aprsim.calibration.belt_fit import speed_at, targets  # noqa: E402
+from aprsim.calibration.carried_fit import GRAVITY_M_S2  # noqa: E402
 from aprsim.calibration.crcl_documents import Command, Status  # noqa: E402
 from aprsim.calibration.line_fit import Correction, KnownObject  # noqa: E402
 from aprsim.calibration.modbus_units import RUN, SPEED, BeltRecord  # noqa: E402
 from aprsim.calibration.profiles import duration, rest_to_rest  # noqa: E402
 from aprsim.calibration.recordings import CameraRecord, ForceLog, RobotRecord, Sighting  # noqa: E402
+from aprsim.calibration.simple_message_wires import JointRecord, Point  # noqa: E402
 
 
 def robot(random):
@@ -44,6 +46,66 @@ def robot(random):
         f"{base}.tool_accel_ramp_s": ramp,
         f"{base}.command_latency_s": latency,
     }
+
+
+LIMITS_RAD_S = (7.8, 6.6, 7.2, 9.6, 9.6, 15.0)  # of the joints of the robot of `moves`
+
+
+def moves(random):
+    """Moves from rest to rest of a Fanuc by Simple Message, whose states come with jitter."""
+    share, latency, accel = random.uniform(0.05, 0.4), random.uniform(0.02, 0.15), random.uniform(5, 20)
+    record, place, now = JointRecord(), np.zeros(10), 1.0
+    for number in range(12):
+        joint = number % 2
+        speed = share * LIMITS_RAD_S[joint]
+        way, ramp = random.uniform(1.5, 3) * speed**2 / accel + 0.3 * speed, random.uniform(0.2, 0.6) * speed / accel
+        target = place.copy()
+        target[joint] += way if number % 4 < 2 else -way
+        record.points.append(Point(now, number + 1, target))
+        begin = now + random.normal(latency, 0.003)
+        end = begin + duration(way, speed, accel, ramp) + 0.2
+        states(record, random, now - 0.1, end, 0.024, lambda t: place + (target - place) * float(
+            rest_to_rest(np.array([t - begin]), way, speed, accel, ramp)[0]) / way)
+        now, place = end + 0.15, target
+    base = "robots.fanuc"
+    return record, {
+        f"{base}.servers.simple_message.joint_speed": share,
+        f"{base}.motion_latency_s": latency,
+        f"{base}.joint_1_accel_rad_s2": accel,
+        f"{base}.joint_2_accel_rad_s2": accel,
+    }
+
+
+def trajectories(random):
+    """Streamed trajectories of a Motoman, which follows late and at a pace of its own."""
+    latency, pace = random.uniform(0.02, 0.4), random.uniform(0.7, 1.1)
+    record, place, now = JointRecord(), np.zeros(10), 1.0
+    for _ in range(6):
+        turn = np.concatenate([random.uniform(-0.4, 0.4, 7), np.zeros(3)])
+        lasts = random.uniform(1.5, 3)
+        for number in range(21):
+            share = number / 20
+            record.points.append(Point(
+                now + 0.01 * number, number, place + share * share * (3 - 2 * share) * turn, lasts * share,
+                6 * share * (1 - share) / lasts * turn,
+            ))  # fmt: skip
+        begin, end = now + 0.01 + random.normal(latency, 0.004), now + latency + lasts / pace + 0.3
+
+        def at(t, place=place, turn=turn, begin=begin, lasts=lasts):
+            share = min(max((t - begin) * pace / lasts, 0.0), 1.0)
+            return place + share * share * (3 - 2 * share) * turn
+
+        states(record, random, now - 0.1, end, 0.025, at)
+        now, place = end + 0.15, place + turn
+    base = "robots.motoman"
+    return record, {f"{base}.motion_latency_s": latency, f"{base}.trajectory_pace": pace}
+
+
+def states(record, random, begin, end, period, at):
+    """States of joints with the noise of encoders, at times that the network changes."""
+    for time in np.arange(begin, end, period):
+        record.state_times_s.append(float(time + abs(random.normal(0, 3e-4))))
+        record.states_rad.append(at(time) + np.concatenate([random.normal(0, 2e-6, 6), np.zeros(4)]))
 
 
 def belt(random):
@@ -100,6 +162,37 @@ def camera(random):
         f"{base}.rotation_noise_deg": rotation,
         f"{base}.drop_rate": drop,
     }
+
+
+def carried(random, friction=None):
+    """A camera over a belt, whose starts and stops are too fast for the trays on it."""
+    latency, noise = random.uniform(0.03, 0.4), random.uniform(5e-5, 3e-4)
+    friction = random.uniform(0.02, 0.05) if friction is None else friction
+    accel, angle = random.uniform(0.6, 1.5), random.uniform(-math.pi, math.pi)
+    step = 1e-3
+    time = np.arange(0, 24, step)
+    wanted = np.zeros(len(time))
+    for number in range(5):
+        wanted[(time > 1 + 4 * number) & (time < 3 + 4 * number)] = random.uniform(0.12, 0.3) * (1 if number % 2 else -1)
+    belt, tray = np.zeros(len(time)), np.zeros(len(time))
+    most = friction * GRAVITY_M_S2 * step
+    for i in range(1, len(time)):
+        belt[i] = belt[i - 1] + np.clip(wanted[i] - belt[i - 1], -accel * step, accel * step)
+        tray[i] = tray[i - 1] + np.clip(belt[i] - tray[i - 1], -most, most)
+    ways = [np.concatenate([[0], np.cumsum(0.5 * (v[1:] + v[:-1]) * step)]) for v in (belt, tray)]
+    record = BeltRecord()
+    for at in np.arange(0, 23.9, 0.02) + random.uniform(0, 0.01):
+        record.readings.append((float(at), float(np.interp(at, time, belt)), float(np.interp(at, time, ways[0]))))
+    lines = CameraRecord()
+    places = random.uniform(-0.3, 0.3, (3, 2))
+    for at in np.arange(0.5, 23.5, 0.1) + random.uniform(0, 0.05):
+        way = np.interp(at - latency, time, ways[1]) * np.array([math.cos(angle), math.sin(angle)])
+        lines.times_s.append(float(at))
+        lines.frames.append([
+            Sighting(f"sku_kit_{i}", "KT", 0.0, *(place + way + random.normal(0, noise, 2)))
+            for i, place in enumerate(places)
+        ])  # fmt: skip
+    return (lines, record), {"robots.fanuc.vision.latency_s": latency, "physics.friction.tray_belt": friction}
 
 
 def force(random):

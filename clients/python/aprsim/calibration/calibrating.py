@@ -10,9 +10,11 @@ from typing import Sequence
 
 from ..errors import BadArgument
 from .belt_fit import fit_belt
+from .carried_fit import FRICTION_KEY, fit_carried
 from .estimates import Estimate, untold
 from .force_fit import fit_force
 from .gripper_fit import fit_gripper
+from .joint_fit import fit_joints
 from .line_fit import Correction, fit_camera
 from .motion_fit import fit_robot
 from .recordings import Recording, read_recording
@@ -87,9 +89,7 @@ def calibrate(
         out += _of_recording(one, values, corrections, notes)
     if not out:
         raise BadArgument("captures: nothing in them that an estimate can be made from")
-    out.append(
-        untold("physics.friction.tray_belt", "1", "no recording shows a part that slips on the belt", "physics.friction.tray_belt")
-    )
+    out.append(untold(FRICTION_KEY, "1", "no recording shows a tray that slips on the belt", FRICTION_KEY))
     return Calibration(scene, _best(out), corrections, notes, values)
 
 
@@ -104,6 +104,9 @@ def _of_recording(
         if record.commands:
             out += fit_robot(name, record, values.limits(name))
             out += fit_gripper(name, record, "gripper.finger_speed_m_s", values.gripper(name).get("finger_speed_m_s"))
+    for name, joints in one.joints.items():
+        if name in values.robots():
+            out += fit_joints(name, joints, values.joint_speeds[name], values.simple_message(name))
     for name, logs in one.forces.items():
         if name in values.robots():
             out += fit_force(name, logs, values.force(name))
@@ -112,6 +115,10 @@ def _of_recording(
     for name, camera in one.cameras.items():
         if name not in values.robots():
             continue
+        if one.belt is not None:
+            out += fit_carried(
+                name, camera, one.belt, values.vision(name).get("latency_s"), values.friction("tray_belt")
+            )
         found, correction = fit_camera(name, camera, values.known_objects(name), values.vision(name))
         out += found
         if correction is not None:

@@ -67,7 +67,7 @@ def fit_camera(
     out = [*bias, *_noise(base, tracks, scene), _drops(base, record, tracks, scene), _rate(base, record, scene)]
     out.append(
         estimates.untold(
-            f"{base}.latency_s", "s", "needs an object that moves at a known speed", "vision.latency_s", scene.get("latency_s")
+            f"{base}.latency_s", "s", "needs a tray that the belt carries, and readings of the belt", "vision.latency_s", scene.get("latency_s")
         )
     )
     return out, correction

@@ -17,6 +17,7 @@ from ..v1 import journal_pb2
 from .crcl_documents import Command, Status, Units, read_commands, read_status
 from .journals import is_journal, records
 from .modbus_units import BeltRecord, ModbusReader
+from .simple_message_wires import JointRecord, JointWires
 
 _FIELDS = 6  # of an object in a camera's line
 
@@ -72,6 +73,8 @@ class Recording:
     belt: BeltRecord | None = None
     cameras: dict[str, CameraRecord] = field(default_factory=dict)
     forces: dict[str, list[ForceLog]] = field(default_factory=dict)
+    joints: dict[str, JointRecord] = field(default_factory=dict)
+    """Simple Message."""
     notes: list[str] = field(default_factory=list)
 
 
@@ -119,9 +122,8 @@ class _Clock:
 
 def _read_journal(path: Path) -> Recording:
     recording = Recording(str(path))
-    clock, modbus = _Clock(), ModbusReader()
+    clock, modbus, wires = _Clock(), ModbusReader(), JointWires()
     units: defaultdict[int, Units] = defaultdict(Units)
-    skipped: set[str] = set()
     for record in records(path):
         if record.HasField("gap"):
             recording.notes.append(f"{record.gap.records} records are missing: {record.gap.reason}")
@@ -141,8 +143,8 @@ def _read_journal(path: Path) -> Recording:
                 camera = recording.cameras.setdefault(name, CameraRecord())
                 _add_frame(camera, wire.data.decode("utf-8", errors="replace"), time_s)
         elif wire.kind == journal_pb2.WIRE_KIND_SIMPLE_MESSAGE:
-            skipped.add(wire.listener)
-    recording.notes += [f"{name}: Simple Message is not read" for name in sorted(skipped)]
+            wires.read(wire, time_s)
+    recording.joints = {name: one for name, one in wires.robots.items() if one.states_rad}
     if modbus.belt.readings or modbus.belt.writes:
         recording.belt = modbus.belt
     for name, robot in recording.robots.items():

@@ -33,6 +33,8 @@ class SceneValues:
     """Frame of each robot's camera."""
     bodies: list[tuple[str, Array]]
     """Type and pose in the world of each tray, gear and part."""
+    joint_speeds: dict[str, list[float]]
+    """Highest speed of each robot's joints [rad/s]."""
 
     @staticmethod
     def of(scene: str) -> SceneValues:
@@ -41,13 +43,14 @@ class SceneValues:
             tree = yaml.safe_load(world.scene_text())
             if not isinstance(tree, dict):
                 raise AprsimError(f"{scene}: a map is expected")
-            X_WR, X_RV = {}, {}
+            X_WR, X_RV, speeds = {}, {}, {}
             for robot in world.description.robots:
                 X_WR[robot.name] = matrix(robot.base_in_world) @ matrix(robot.reference_in_base)
                 X_RV[robot.name] = matrix(robot.vision_in_reference)
+                speeds[robot.name] = [joint.max_speed_rad_s for joint in robot.joints]
             snapshot = world.snapshot()
             bodies = [(body.type, body.pose) for body in snapshot.bodies.values()]
-        return SceneValues(scene, tree, X_WR, X_RV, bodies)
+        return SceneValues(scene, tree, X_WR, X_RV, bodies, speeds)
 
     def robots(self) -> list[str]:
         """Names in the scene's order."""
@@ -97,6 +100,10 @@ class SceneValues:
         kind = self.tree.get("robot_types", {}).get(self.robot(name).get("type")) or {}
         return _numbers(kind.get("limits") or {})
 
+    def simple_message(self, name: str) -> dict[str, float]:
+        """Numbers of the robot's Simple Message server."""
+        return _numbers((self.robot(name).get("servers") or {}).get("simple_message") or {})
+
     def gripper(self, name: str) -> dict[str, float]:
         """Numbers of the gripper."""
         return _GRIPPER | _numbers(self._gripper_tree(name))
@@ -115,6 +122,10 @@ class SceneValues:
             out["palm_relaxation.time_s"] = float(relaxation["time_s"])
         gripper = self.gripper(name)
         return out | {key: gripper[key] for key in _GRIPPER}
+
+    def friction(self, name: str) -> float | None:
+        """A coefficient of friction of `physics.friction`."""
+        return _numbers((self.tree.get("physics") or {}).get("friction") or {}).get(name)
 
     def conveyor(self) -> dict[str, float]:
         """Numbers of the belt."""

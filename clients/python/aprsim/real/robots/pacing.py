@@ -85,15 +85,15 @@ class Pacing:
         self, step_rad: Array, from_rad_s: Array, to_rad_s: Array, duration_s: float, measured_s: float, left_s: float
     ) -> tuple[float, Array]:
         """Duration and last velocity of a segment whose accelerations a copy can make: times that are off by some
-        milliseconds would ask for more than the drives have. They are those given where that is possible. What
-        is appended lasts at least as long as the time between two measurements."""
+        milliseconds would ask for more than the drives have. They are those given where that is possible. The
+        postures that are appended last at least as long as the time between two measurements."""
         most = self._speed / _RISE_S
         least_s = max(measured_s - left_s, float((np.abs(step_rad) / (_SPEED_SHARE * self._speed)).max()))
         is_late = left_s + duration_s > self._delay_s
         excess, best = np.inf, (duration_s, to_rad_s)
         for factor in _FACTORS_LATE if is_late else _FACTORS:
             T = max(factor * duration_s, least_s)
-            # Of a cubic polynomial, at its begin and its end.
+            # Accelerations of a cubic polynomial at its begin and its end give bounds of the last velocity.
             begin, end = (6 * step_rad / T - 4 * from_rad_s) / 2, (6 * step_rad / T - 2 * from_rad_s) / 4
             low = np.maximum(begin - most * T / 2, end - most * T / 4)
             high = np.minimum(begin + most * T / 2, end + most * T / 4)

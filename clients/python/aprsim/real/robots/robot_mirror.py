@@ -71,7 +71,7 @@ class RobotMirror:
             except (DeviceLost, DeviceLies) as error:
                 self._tell(f"{self._robot}: the real robot is lost: {error}")
             except TrajectoryError as error:
-                # By a point of ours, or by a collision; any other stop is for a person to clear.
+                # A person clears any stop but one by a point of ours or by a collision.
                 resets = error.result == "ALARM" or _COLLIDED in str(error)
                 self._tell(f"{self._robot}: the simulated robot does not follow: {error}")
             except Refused as error:
