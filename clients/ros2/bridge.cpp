@@ -35,6 +35,7 @@ void set_cell(const BridgeParts& parts, const client::Endpoints& daemon,
               const v1::CellDescription& cell) {
   parts.publisher.set_cell(cell);
   parts.cameras.set_cell(daemon, cell);
+  parts.trays.set_cell(daemon, cell);
   parts.actions.set_cell(daemon, cell);
   parts.services.set_daemon(daemon);
 }
@@ -46,6 +47,7 @@ void publish(const BridgeParts& parts, const v1::Snapshot& snapshot, bool with_f
   parts.actions.set_time(snapshot.sim_time());
   parts.publisher.publish(snapshot, with_frames);
   parts.cameras.update();
+  parts.trays.update(snapshot);
 }
 
 /// Publishes until the stream ends or is cancelled. Sets `connected` once the daemon has answered.

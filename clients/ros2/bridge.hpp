@@ -1,6 +1,7 @@
 #pragma once
 
-#include "clients/ros2/camera_publisher.hpp"
+#include "clients/ros2/cameras/camera_publisher.hpp"
+#include "clients/ros2/cameras/tray_publisher.hpp"
 #include "clients/ros2/publisher.hpp"
 #include "clients/ros2/simulation_services.hpp"
 #include "clients/ros2/trajectory_actions.hpp"
@@ -20,6 +21,7 @@ struct BridgeOptions {
 struct BridgeParts {
   CellPublisher& publisher;
   CameraPublisher& cameras;
+  TrayPublisher& trays;
   TrajectoryActions& actions;
   SimulationServices& services;
 };

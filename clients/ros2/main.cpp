@@ -6,7 +6,8 @@
 #include <iostream>
 
 #include "clients/ros2/bridge.hpp"
-#include "clients/ros2/camera_publisher.hpp"
+#include "clients/ros2/cameras/camera_publisher.hpp"
+#include "clients/ros2/cameras/tray_publisher.hpp"
 #include "clients/ros2/dds/node.hpp"
 #include "clients/ros2/options.hpp"
 #include "clients/ros2/simulation_services.hpp"
@@ -27,10 +28,11 @@ int run(const aprsim::ros2::Options& options) {
   aprsim::ros2::Node node(options.domain, options.ros_namespace, "aprsim");
   aprsim::ros2::CellPublisher publisher(node, options.ros_namespace);
   aprsim::ros2::CameraPublisher cameras(node, options.ros_namespace, publisher.frames());
+  aprsim::ros2::TrayPublisher trays(node, options.ros_namespace, publisher.frames());
   aprsim::ros2::TrajectoryActions actions(node, options.ros_namespace);
   aprsim::ros2::SimulationServices services(node, options.ros_namespace);
   const auto done =
-      aprsim::ros2::run_bridge(options.bridge, {publisher, cameras, actions, services},
+      aprsim::ros2::run_bridge(options.bridge, {publisher, cameras, trays, actions, services},
                                [] { return stop_requested.load(); });
   if (done) return 0;
   std::cerr << "aprsim-ros2: " << done.error().message << '\n';

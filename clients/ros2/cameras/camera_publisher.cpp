@@ -1,26 +1,25 @@
-#include "clients/ros2/camera_publisher.hpp"
+#include "clients/ros2/cameras/camera_publisher.hpp"
 
 #include <algorithm>
-#include <atomic>
-#include <chrono>
-#include <exception>
-#include <iostream>
-#include <thread>
 #include <utility>
 
-#include <fmt/format.h>
-
+#include "clients/ros2/cameras/picture_stream.hpp"
 #include "clients/ros2/cell/frames.hpp"
 #include "clients/ros2/cell/names.hpp"
 #include "clients/ros2/dds/image_messages.hpp"
 #include "clients/ros2/dds/messages.hpp"
-#include "clients/wires/cell_connection.hpp"
 
 namespace aprsim::ros2 {
 namespace {
 
 constexpr Quality kSensorData{.depth = 5, .reliable = false};  // rmw_qos_profile_sensor_data
-constexpr std::chrono::seconds kPictureRetry{1};
+
+v1::StreamImagesRequest request_of(const v1::CameraDescription& camera) {
+  v1::StreamImagesRequest request;
+  request.set_camera(camera.name());
+  request.set_format(v1::IMAGE_FORMAT_RGB);
+  return request;
+}
 
 }  // namespace
 
@@ -33,13 +32,14 @@ class CameraPublisher::Camera {
         daemon_(std::move(daemon)),
         camera_(std::move(camera)),
         frame_(ros_token(camera_.name()) + "_optical_frame"),
-        frames_(frames) {
+        frames_(frames),
+        pictures_(daemon_, request_of(camera_), [this](const auto& image) { publish(image); }) {
     const std::string topic = ros_namespace + "/" + ros_token(camera_.name());
     images_ = node.create_writer(topic + "/image_raw", image_type(), kSensorData);
     infos_ = node.create_writer(topic + "/camera_info", camera_info_type(), kSensorData);
   }
   ~Camera() {
-    stop();
+    pictures_.stop();
     node_.remove(images_);
     node_.remove(infos_);
   }
@@ -54,65 +54,14 @@ class CameraPublisher::Camera {
   }
 
   /// Begins or ends the pictures. Throws the error that has ended them.
-  void update() {
-    if (has_failed_) {
-      stop();
-      std::rethrow_exception(error_);
-    }
-    // A thread ends with its next picture, for which nobody waits here.
-    if (is_over_ && thread_.joinable()) thread_.join();
-    const bool wanted = is_wanted();
-    stopping_ = !wanted;
-    if (!wanted || thread_.joinable()) return;
-    is_over_ = false;
-    thread_ = std::thread([this] { run(); });
-  }
+  void update() { pictures_.update(has_readers(images_) || has_readers(infos_)); }
 
  private:
-  [[nodiscard]] bool is_wanted() const { return has_readers(images_) || has_readers(infos_); }
-
-  void stop() {
-    stopping_ = true;
-    if (thread_.joinable()) thread_.join();
-  }
-
-  void run() {
-    std::string reported;
-    while (!stopping_) {
-      const auto done = stream();
-      if (!done && done.error().message != reported) {
-        reported = done.error().message;
-        std::cerr << fmt::format("aprsim-ros2: camera {}: {}; trying again\n", camera_.name(),
-                                 reported);
-      }
-      client::sleep_until(std::chrono::steady_clock::now() + kPictureRetry,
-                          [this] { return stopping_.load(); });
-    }
-    is_over_ = true;
-  }
-
-  client::Outcome<void> stream() {
-    client::CellConnection connection(daemon_);
-    v1::StreamImagesRequest request;
-    request.set_camera(camera_.name());
-    request.set_format(v1::IMAGE_FORMAT_RGB);
-    return connection.images(request, [this](const v1::StreamImagesResponse& response) {
-      if (!stopping_) publish(response.image());
-      return !stopping_;
-    });
-  }
-
   void publish(const v1::Image& image) {
-    try {
-      if (has_readers(images_)) write_image(images_, frame_, image);
-      write_camera_info(infos_, frame_, camera_, image);
-      if (camera_.has_camera_in_world()) return;  // its frame is a fixed one
-      write_frames(frames_, image.sim_time(), {{frame_, image.camera_in_world()}});
-    } catch (const std::exception&) {
-      error_ = std::current_exception();
-      has_failed_ = true;
-      stopping_ = true;
-    }
+    if (has_readers(images_)) write_image(images_, frame_, image);
+    write_camera_info(infos_, frame_, camera_, image);
+    if (camera_.has_camera_in_world()) return;  // its frame is a fixed one
+    write_frames(frames_, image.sim_time(), {{frame_, image.camera_in_world()}});
   }
 
   Node& node_;
@@ -120,11 +69,7 @@ class CameraPublisher::Camera {
   const v1::CameraDescription camera_;
   const std::string frame_;
   dds_entity_t frames_, images_ = 0, infos_ = 0;
-  std::atomic<bool> stopping_ = false;
-  std::atomic<bool> is_over_ = false;  ///< the thread only has to be joined
-  std::atomic<bool> has_failed_ = false;
-  std::exception_ptr error_;  ///< of the thread; read once it has failed
-  std::thread thread_;
+  PictureStream pictures_;
 };
 
 CameraPublisher::CameraPublisher(Node& node, std::string ros_namespace, dds_entity_t frames)
