@@ -45,6 +45,7 @@ void publish(const BridgeParts& parts, const v1::Snapshot& snapshot, bool with_f
   parts.actions.check();
   parts.services.check();
   parts.actions.set_time(snapshot.sim_time());
+  parts.services.set_time(snapshot.sim_time());
   parts.publisher.publish(snapshot, with_frames);
   parts.cameras.update();
   parts.trays.update(snapshot);

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "clients/ros2/dds/simulation_server.hpp"
+#include "clients/ros2/dds/steps_server.hpp"
 #include "clients/ros2/simulation/simulation.hpp"
 
 namespace aprsim::ros2 {
@@ -34,6 +35,11 @@ void SimulationServices::set_daemon(const client::Endpoints& daemon) {
   daemon_ = daemon;
 }
 
+void SimulationServices::set_time(const google::protobuf::Duration& time) {
+  const std::lock_guard lock(mutex_);
+  now_ = time;
+}
+
 void SimulationServices::disconnect() {
   const std::lock_guard lock(mutex_);
   daemon_.reset();
@@ -55,15 +61,18 @@ void SimulationServices::run() {
 
 void SimulationServices::work() {
   SimulationServer server(node_, namespace_, wakeup_);
+  StepsServer steps(node_, namespace_, wakeup_);
   node_.announce();
   std::optional<client::Endpoints> used;
   std::unique_ptr<Simulation> simulation;
   while (!stopping_) {
-    wakeup_.wait(kServicePeriod);
+    wakeup_.wait(steps.is_active() ? std::chrono::milliseconds{0} : kServicePeriod);
     std::optional<client::Endpoints> daemon;
+    google::protobuf::Duration now;
     {
       const std::lock_guard lock(mutex_);
       daemon = daemon_;
+      now = now_;
     }
     if (!daemon) {
       simulation.reset();
@@ -72,6 +81,7 @@ void SimulationServices::work() {
       used = daemon;
     }
     server.serve(simulation.get());
+    steps.serve(simulation.get(), now);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -12,56 +13,33 @@
 
 namespace aprsim::test {
 
-/// A client of control_msgs/action/FollowJointTrajectory, written against Fast DDS: requests and
-/// replies have the header of rmw_cyclonedds_cpp.
-class ActionClient {
+/// A client of an action of ROS 2, written against Fast DDS: requests and replies have the header
+/// of rmw_cyclonedds_cpp.
+class AnyActionClient {
  public:
   using GoalId = std::array<std::uint8_t, 16>;
-  struct Tolerance {
-    std::string joint;
-    double position = 0;
-  };
-  /// At rest.
-  struct Point {
-    double time_s = 0;
-    std::vector<double> positions;
-  };
-  struct Goal {
-    double start_s = 0;
-    std::vector<std::string> joints;
-    std::vector<Point> points;
-    std::vector<Tolerance> path_tolerance;
-  };
-  struct Result {
-    int status = 0;
-    std::int32_t error_code = 0;
-    std::string error_string;
-  };
   struct Cancelled {
     int return_code = 0;
     std::vector<GoalId> goals;
   };
-  struct Feedback {
-    GoalId goal{};
-    double stamp_s = 0;
-    std::vector<std::string> joints;
-    /// Positions, then velocities, of desired, actual and error.
-    std::array<std::vector<double>, 3> positions, velocities;
-    std::array<double, 3> time_s{};
-  };
 
-  /// `name`: unique among the clients.
-  ActionClient(FastDdsNode& node, std::string action, const std::string& name)
-      : node_(node), action_(std::move(action)), number_(std::hash<std::string>{}(name)) {
+  /// `type`: the action's in DDS up to the names of its parts. `name`: unique among the clients.
+  /// `refused`: writes a goal that the server refuses.
+  AnyActionClient(FastDdsNode& node, std::string action, const std::string& type,
+                  const std::string& name, std::function<void(CdrWriter&)> refused)
+      : node_(node),
+        action_(std::move(action)),
+        number_(std::hash<std::string>{}(name)),
+        refused_(std::move(refused)) {
     const std::string user_data = "clientid=" + name + ";";
-    const auto join = [&](const std::string& service, const std::string& type) {
-      node_.subscribe(reply_topic(service), type + "_Response_", false, user_data);
-      node_.advertise(request_topic(service), type + "_Request_", user_data);
+    const auto join = [&](const std::string& service, const std::string& of_service) {
+      node_.subscribe(reply_topic(service), of_service + "_Response_", false, user_data);
+      node_.advertise(request_topic(service), of_service + "_Request_", user_data);
     };
-    join("send_goal", kAction + "SendGoal");
+    join("send_goal", type + "SendGoal");
     join("cancel_goal", "action_msgs::srv::dds_::CancelGoal");
-    join("get_result", kAction + "GetResult");
-    node_.subscribe(topic("feedback"), kAction + "FeedbackMessage_", false);
+    join("get_result", type + "GetResult");
+    node_.subscribe(topic("feedback"), type + "FeedbackMessage_", false);
     node_.subscribe(topic("status"), "action_msgs::msg::dds_::GoalStatusArray_", true);
   }
 
@@ -70,14 +48,14 @@ class ActionClient {
   bool is_answered() {
     if (!is_matched()) return false;
     if (greetings_ % kGreetingPeriod == 0) {
-      greetings_at_[0] = send(id(0xff), {.joints = {"nobody"}});
+      greetings_at_[0] = send(id(0xff), refused_);
       greetings_at_[1] = cancel(id(0xff));
       greetings_at_[2] = ask_result(id(0xff));
     }
     ++greetings_;
     const bool has_goal = accepted(greetings_at_[0]).has_value();
     const bool has_cancel = cancelled(greetings_at_[1]).has_value();
-    const bool has_result = result(greetings_at_[2]).has_value();
+    const bool has_result = reply("get_result", greetings_at_[2]).has_value();
     return has_goal && has_cancel && has_result;
   }
 
@@ -97,25 +75,14 @@ class ActionClient {
     return id;
   }
 
-  /// Whether the goal is accepted; absent = no answer yet.
-  std::int64_t send(const GoalId& id, const Goal& goal) {
+  /// Sends a goal that `fill` writes; the number of the request.
+  std::int64_t send(const GoalId& id, const std::function<void(CdrWriter&)>& fill) {
     CdrWriter out = request(id);
-    out.time(goal.start_s).text("").texts(goal.joints);
-    out.number(static_cast<std::uint32_t>(goal.points.size()));
-    for (const auto& point : goal.points) {
-      const std::vector<double> rest(point.positions.size());
-      out.doubles(point.positions).doubles(rest).doubles({}).doubles({}).time(point.time_s);
-    }
-    out.time(0).text("").texts({}).number(std::uint32_t{0});  // joints with several axes
-    out.number(static_cast<std::uint32_t>(goal.path_tolerance.size()));
-    for (const auto& tolerance : goal.path_tolerance) {
-      out.text(tolerance.joint).number(tolerance.position).number(0.0).number(0.0);
-    }
-    for (int list = 0; list < 3; ++list) out.number(std::uint32_t{0});
-    out.time(0);
+    fill(out);
     node_.write(request_topic("send_goal"), out.bytes());
     return sequence_;
   }
+  /// Whether the goal is accepted; absent = no answer yet.
   std::optional<bool> accepted(std::int64_t sequence) {
     auto in = reply("send_goal", sequence);
     if (!in) return std::nullopt;
@@ -147,38 +114,6 @@ class ActionClient {
     node_.write(request_topic("get_result"), request(id).bytes());
     return sequence_;
   }
-  std::optional<Result> result(std::int64_t sequence) {
-    const auto sample = reply("get_result", sequence);
-    if (!sample) return std::nullopt;
-    CdrBody body(*sample);
-    Result result;
-    result.status = body.in.number<std::int8_t>();
-    result.error_code = body.in.number<std::int32_t>();
-    result.error_string = body.in.text();
-    EXPECT_TRUE(body.in.at_end());
-    return result;
-  }
-
-  /// The next feedback; absent = there is none.
-  std::optional<Feedback> feedback() {
-    const auto sample = node_.take(topic("feedback"));
-    if (sample.empty()) return std::nullopt;
-    CdrReader in(sample);
-    Feedback feedback;
-    feedback.goal = read_id(in);
-    feedback.stamp_s = in.time();
-    EXPECT_EQ(in.text(), "");
-    feedback.joints = in.texts();
-    for (std::size_t i = 0; i < 3; ++i) {
-      feedback.positions[i] = in.doubles();
-      feedback.velocities[i] = in.doubles();
-      EXPECT_TRUE(in.doubles().empty());  // accelerations
-      EXPECT_TRUE(in.doubles().empty());  // effort
-      feedback.time_s[i] = in.time();
-    }
-    return feedback;
-  }
-
   /// The latest states by goal.
   std::map<GoalId, int> states() {
     for (;;) {
@@ -195,9 +130,7 @@ class ActionClient {
     }
   }
 
- private:
-  inline static const std::string kAction = "control_msgs::action::dds_::FollowJointTrajectory_";
-
+ protected:
   /// A reply after its header.
   struct CdrBody {
     explicit CdrBody(const std::vector<unsigned char>& sample) : in(sample) {
@@ -245,6 +178,10 @@ class ActionClient {
     return found->second;
   }
 
+  /// The next sample of feedback; empty = there is none.
+  std::vector<unsigned char> take_feedback() { return node_.take(topic("feedback")); }
+
+ private:
   static constexpr int kGreetingPeriod = 200;  // calls of is_answered()
 
   FastDdsNode& node_;
@@ -254,7 +191,99 @@ class ActionClient {
   std::map<std::int64_t, std::vector<unsigned char>> replies_;
   std::map<GoalId, int> states_;
   std::array<std::int64_t, 3> greetings_at_{};
+  std::function<void(CdrWriter&)> refused_;
   int greetings_ = 0;
+};
+
+/// A client of control_msgs/action/FollowJointTrajectory.
+class ActionClient : public AnyActionClient {
+ public:
+  struct Tolerance {
+    std::string joint;
+    double position = 0;
+  };
+  /// At rest.
+  struct Point {
+    double time_s = 0;
+    std::vector<double> positions;
+  };
+  struct Goal {
+    double start_s = 0;
+    std::vector<std::string> joints;
+    std::vector<Point> points;
+    std::vector<Tolerance> path_tolerance;
+  };
+  struct Result {
+    int status = 0;
+    std::int32_t error_code = 0;
+    std::string error_string;
+  };
+  struct Feedback {
+    GoalId goal{};
+    double stamp_s = 0;
+    std::vector<std::string> joints;
+    /// Positions, then velocities, of desired, actual and error.
+    std::array<std::vector<double>, 3> positions, velocities;
+    std::array<double, 3> time_s{};
+  };
+
+  /// `name`: unique among the clients.
+  ActionClient(FastDdsNode& node, std::string action, const std::string& name)
+      : AnyActionClient(node, std::move(action),
+                        "control_msgs::action::dds_::FollowJointTrajectory_", name,
+                        [](CdrWriter& out) { write(out, {.joints = {"nobody"}}); }) {}
+
+  std::int64_t send(const GoalId& id, const Goal& goal) {
+    return AnyActionClient::send(id, [&](CdrWriter& out) { write(out, goal); });
+  }
+  std::optional<Result> result(std::int64_t sequence) {
+    const auto sample = reply("get_result", sequence);
+    if (!sample) return std::nullopt;
+    CdrBody body(*sample);
+    Result result;
+    result.status = body.in.number<std::int8_t>();
+    result.error_code = body.in.number<std::int32_t>();
+    result.error_string = body.in.text();
+    EXPECT_TRUE(body.in.at_end());
+    return result;
+  }
+
+  /// The next feedback; absent = there is none.
+  std::optional<Feedback> feedback() {
+    const auto sample = take_feedback();
+    if (sample.empty()) return std::nullopt;
+    CdrReader in(sample);
+    Feedback feedback;
+    feedback.goal = read_id(in);
+    feedback.stamp_s = in.time();
+    EXPECT_EQ(in.text(), "");
+    feedback.joints = in.texts();
+    for (std::size_t i = 0; i < 3; ++i) {
+      feedback.positions[i] = in.doubles();
+      feedback.velocities[i] = in.doubles();
+      EXPECT_TRUE(in.doubles().empty());  // accelerations
+      EXPECT_TRUE(in.doubles().empty());  // effort
+      feedback.time_s[i] = in.time();
+    }
+    return feedback;
+  }
+
+ private:
+  static void write(CdrWriter& out, const Goal& goal) {
+    out.time(goal.start_s).text("").texts(goal.joints);
+    out.number(static_cast<std::uint32_t>(goal.points.size()));
+    for (const auto& point : goal.points) {
+      const std::vector<double> rest(point.positions.size());
+      out.doubles(point.positions).doubles(rest).doubles({}).doubles({}).time(point.time_s);
+    }
+    out.time(0).text("").texts({}).number(std::uint32_t{0});  // joints with several axes
+    out.number(static_cast<std::uint32_t>(goal.path_tolerance.size()));
+    for (const auto& tolerance : goal.path_tolerance) {
+      out.text(tolerance.joint).number(tolerance.position).number(0.0).number(0.0);
+    }
+    for (int list = 0; list < 3; ++list) out.number(std::uint32_t{0});
+    out.time(0);
+  }
 };
 
 }  // namespace aprsim::test

@@ -264,6 +264,47 @@ TEST_F(Ros2Action, TheDaemonsErrorsAreResultsInWords) {
   EXPECT_EQ(program_->stop(SIGTERM), 0);
 }
 
+TEST_F(Ros2Action, AnArmThatLagsViolatesItsPathTolerance) {
+  // The drive of the second joint cannot bear the arm's weight any more: it sags, and trips later.
+  const auto weaken = [&] {
+    v1::InjectFaultRequest fault;
+    fault.set_kind("joint-weak");
+    fault.set_target("fanuc:2");
+    (*fault.mutable_parameters())["share"] = 0.02;
+    v1::InjectFaultResponse response;
+    grpc::ClientContext context;
+    CellClient::require(cell_.control->InjectFault(&context, fault, &response));
+  };
+  const auto from = positions();
+  auto goal = turn(0.8, 4);
+  goal.path_tolerance.push_back({joints_[1], 0.005});
+  ASSERT_TRUE(is_accepted(*fanuc_, ActionClient::id(1), goal));
+  step_until_moved(from);
+  weaken();
+  const auto result = result_of(*fanuc_, ActionClient::id(1));
+  EXPECT_EQ(result.status, kAborted);
+  EXPECT_EQ(result.error_code, -4) << result.error_string;
+  EXPECT_NE(result.error_string.find(joints_[1]), std::string::npos) << result.error_string;
+  EXPECT_LT(positions()[0], from[0] + 0.7);
+}
+
+TEST_F(Ros2Action, AnArmThatIsStoppedViolatesNoTolerance) {
+  const auto from = positions();
+  auto goal = turn(0.8, 4);
+  for (const auto& joint : joints_) goal.path_tolerance.push_back({joint, 0.001});
+  ASSERT_TRUE(is_accepted(*fanuc_, ActionClient::id(1), goal));
+  step_until_moved(from);
+  v1::InjectFaultRequest fault;
+  fault.set_kind("robot-emergency-stop");
+  fault.set_target("fanuc");
+  v1::InjectFaultResponse response;
+  grpc::ClientContext context;
+  CellClient::require(cell_.control->InjectFault(&context, fault, &response));
+  const auto result = result_of(*fanuc_, ActionClient::id(1));
+  EXPECT_EQ(result.status, kAborted);
+  EXPECT_EQ(result.error_code, -1) << result.error_string;
+}
+
 TEST_F(Ros2Action, AClientThatVanishesStopsNobody) {
   const auto from = positions();
   const auto motoman_from = positions(1);

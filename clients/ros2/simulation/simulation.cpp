@@ -158,6 +158,7 @@ std::vector<std::uint16_t> Simulation::features() {
       26,  // SIMULATION_STATE_PAUSE
       31,  // STEP_SIMULATION_SINGLE
       32,  // STEP_SIMULATION_MULTIPLE
+      33,  // STEP_SIMULATION_ACTION
   };
 }
 

@@ -43,7 +43,7 @@ void ArmController::end_waiting(GoalState state, const std::string& why) {
   waiting_.reset();
 }
 
-void ArmController::end(const GoalId& id, GoalState state, TrajectoryResult result) {
+void ArmController::end(const GoalId& id, GoalState state, ActionResult result) {
   goals_.end(id, state, std::move(result), std::chrono::steady_clock::now());
 }
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "clients/ros2/actions/goal_table.hpp"
 #include "clients/ros2/trajectory/follow_call.hpp"
-#include "clients/ros2/trajectory/goal_table.hpp"
 
 namespace aprsim::ros2 {
 
@@ -58,7 +58,7 @@ class ArmController {
   void preempt();
   void begin_waiting();
   void end_waiting(GoalState state, const std::string& why);
-  void end(const GoalId& id, GoalState state, TrajectoryResult result);
+  void end(const GoalId& id, GoalState state, ActionResult result);
 
   v1::RobotDescription robot_;
   Start start_;

@@ -21,7 +21,7 @@ namespace aprsim::ros2 {
 struct FollowEnd {
   bool succeeded = false;
   bool cancelled = false;  ///< by cancel()
-  TrajectoryResult result;
+  ActionResult result;
 };
 
 /// A motion that is under way. The destructor stops it.

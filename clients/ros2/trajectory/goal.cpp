@@ -202,7 +202,7 @@ v1::FollowJointTrajectoryRequest request_of(const TrajectoryGoal& goal,
   return request;
 }
 
-TrajectoryResult result_of(const v1::StreamEnd& end) {
+ActionResult result_of(const v1::StreamEnd& end) {
   switch (end.result()) {
     case v1::STREAM_RESULT_SUCCESSFUL:
       return {0, "Goal successfully reached!"};

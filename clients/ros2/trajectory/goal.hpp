@@ -8,6 +8,7 @@
 
 #include "aprsim/v1/cell.pb.h"
 #include "aprsim/v1/trajectory_service.pb.h"
+#include "clients/ros2/actions/goal_table.hpp"
 
 namespace aprsim::ros2 {
 
@@ -33,12 +34,6 @@ struct TrajectoryGoal {
   bool has_multi_dof = false;  ///< trajectories or tolerances of joints with several axes
 };
 
-/// Its result.
-struct TrajectoryResult {
-  std::int32_t error_code = 0;
-  std::string error_string;
-};
-
 /// Results as control_msgs numbers them.
 inline constexpr std::int32_t kInvalidGoal = -1;
 
@@ -53,6 +48,6 @@ inline constexpr std::int32_t kInvalidGoal = -1;
                                                           double feedback_rate_hz);
 
 /// The result in ROS's numbers, with the daemon's words.
-[[nodiscard]] TrajectoryResult result_of(const v1::StreamEnd& end);
+[[nodiscard]] ActionResult result_of(const v1::StreamEnd& end);
 
 }  // namespace aprsim::ros2

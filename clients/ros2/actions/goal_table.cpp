@@ -1,4 +1,4 @@
-#include "clients/ros2/trajectory/goal_table.hpp"
+#include "clients/ros2/actions/goal_table.hpp"
 
 #include <algorithm>
 #include <tuple>
@@ -43,7 +43,7 @@ void GoalTable::execute(const GoalId& id) {
   if (goal && goal->state == GoalState::kAccepted) goal->state = GoalState::kExecuting;
 }
 
-void GoalTable::end(const GoalId& id, GoalState state, TrajectoryResult result,
+void GoalTable::end(const GoalId& id, GoalState state, ActionResult result,
                     std::chrono::steady_clock::time_point now) {
   GoalEntry* const goal = at(id);
   if (!goal || has_ended(goal->state)) return;

@@ -3,14 +3,20 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
-#include <optional>
+#include <string>
 #include <vector>
 
-#include "clients/ros2/trajectory/goal.hpp"
+#include <google/protobuf/duration.pb.h>
 
 namespace aprsim::ros2 {
 
 using GoalId = std::array<std::uint8_t, 16>;
+
+/// The result of a goal, in the numbers of its action.
+struct ActionResult {
+  std::int32_t error_code = 0;
+  std::string error_string;
+};
 
 /// States of a goal, with the numbers of action_msgs/msg/GoalStatus.
 enum class GoalState : std::int8_t {
@@ -28,7 +34,7 @@ struct GoalEntry {
   GoalId id{};
   google::protobuf::Duration stamp;  ///< simulated time of its acceptance
   GoalState state = GoalState::kAccepted;
-  TrajectoryResult result;                           ///< once it has ended
+  ActionResult result;                               ///< once it has ended
   std::chrono::steady_clock::time_point ended_at{};  ///< for expire()
 };
 
@@ -50,7 +56,7 @@ class GoalTable {
   /// The goal has begun.
   void execute(const GoalId& id);
   /// The goal has ended; does nothing to one that had ended before.
-  void end(const GoalId& id, GoalState state, TrajectoryResult result,
+  void end(const GoalId& id, GoalState state, ActionResult result,
            std::chrono::steady_clock::time_point now);
   /// Cancels one goal or several: an identifier of zeros and a time of 0 mean all, a time means
   /// those accepted at or before it, besides the goal of the identifier.
