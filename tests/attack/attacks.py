@@ -844,6 +844,147 @@ def Simple_Message_connect_storm(daemon, seconds):
                 pass
 
 
+SECURE = {"secure": True}
+HOLDING = struct.pack(">HHHBBHH", 1, 0, 6, 1, 3, 0x8000, 3)  # a request that a viewer may make
+
+
+def expect_secure_service(daemon):
+    """That a viewer is served within ten seconds, the limit of handshakes a second included."""
+    end = until(10)
+    while True:
+        try:
+            client = daemon.security.connect(
+                daemon.ports["modbus_tls"], daemon.security.context(daemon.security.viewer)
+            )
+            client.sendall(HOLDING)
+            answered = len(client.recv(64)) == 15
+            client.close()
+            if answered:
+                return
+        except OSError:
+            pass
+        if time.monotonic() > end:
+            raise RuntimeError("modbus_tls does not serve any more")
+
+
+def storm(daemon, seconds, clients, act):
+    """So many threads that do `act(port)` again and again; then the port serves."""
+    stop = threading.Event()
+
+    def run():
+        while not stop.is_set():
+            try:
+                act(daemon.ports["modbus_tls"])
+            except OSError:
+                pass
+
+    threads = [threading.Thread(target=run, daemon=True) for _ in range(clients)]
+    for thread in threads:
+        thread.start()
+    time.sleep(seconds)
+    stop.set()
+    for thread in threads:
+        thread.join(10)
+    expect_secure_service(daemon)
+
+
+@attack(**SECURE)
+def Modbus_Security_handshakes_begun(daemon, seconds):
+    """Greetings that cost the server a signature, and whose answer nobody awaits."""
+    greeting = daemon.security.greeting()
+
+    def act(port):
+        connection = socket.create_connection(("127.0.0.1", port), 1)
+        connection.sendall(greeting)
+        connection.close()
+
+    storm(daemon, seconds, 8, act)
+
+
+@attack(**SECURE)
+def Modbus_Security_half_open(daemon, seconds):
+    """Halves of greetings, then silence, on ever new connections."""
+    greeting, end = daemon.security.greeting(), until(seconds)
+    held = []
+    while time.monotonic() < end:
+        try:
+            connection = socket.create_connection(("127.0.0.1", daemon.ports["modbus_tls"]), 1)
+            connection.sendall(greeting[: random.Random(len(held)).randrange(1, len(greeting))])
+            held.append(connection)
+        except OSError:
+            pass
+        close_all(held[:-500])
+        held = held[-500:]
+        time.sleep(0.001)
+    expect_secure_service(daemon)
+    close_all(held)
+
+
+@attack(**SECURE)
+def Modbus_Security_garbage(daemon, seconds):
+    """Noise, plain Modbus, records that lie about their length, and greetings with flipped bits."""
+    noise, greeting = random.Random(9), daemon.security.greeting()
+
+    def flipped():
+        data = bytearray(greeting)
+        for _ in range(noise.randrange(1, 8)):
+            data[noise.randrange(len(data))] ^= 1 << noise.randrange(8)
+        return bytes(data)
+
+    def act(port):
+        connection = socket.create_connection(("127.0.0.1", port), 1)
+        connection.sendall(
+            noise.choice(
+                (
+                    noise.randbytes(noise.randrange(1, 20000)),
+                    HOLDING * 20,
+                    struct.pack(">BHH", noise.randrange(20, 25), 0x303, noise.randrange(65536))
+                    + noise.randbytes(200),
+                    flipped(),
+                )
+            )
+        )
+        connection.close()
+
+    storm(daemon, seconds, 4, act)
+
+
+@attack(**SECURE)
+def Modbus_Security_without_a_role(daemon, seconds):
+    """Clients without a certificate, with one of another authority, and with roles that are none."""
+    contexts = [daemon.security.context(one) for one in daemon.security.unserved]
+    choice = random.Random(10)
+
+    def act(port):
+        client = daemon.security.connect(port, choice.choice(contexts), 1)
+        client.sendall(HOLDING)
+        if len(client.recv(64)) == 15:
+            raise RuntimeError("a client without a role was served")
+        client.close()
+
+    storm(daemon, seconds, 4, act)
+
+
+@attack(**SECURE)
+def Modbus_Security_flood_of_writes(daemon, seconds):
+    """Writes by a role that has no right to them, and by one that has, in records of many requests."""
+    write = struct.pack(">HHHBBHH", 1, 0, 6, 1, 6, 0x8002, 1000) * 50
+    security, end = daemon.security, until(seconds)
+    clients = []
+    for one in [security.viewer, security.operator] * 5:
+        clients.append(security.connect(daemon.ports["modbus_tls"], security.context(one)))
+        clients[-1].settimeout(0.01)
+    while time.monotonic() < end:
+        for client in clients:
+            try:
+                client.send(write)
+                client.recv(1 << 16)
+            except OSError:
+                pass
+    close_all(clients)
+    expect_secure_service(daemon)
+
+
 @attack(log_pipe=True, arguments=["--set", "log_level=debug"])
 def a_log_that_nobody_reads(daemon, seconds):
     flood(daemon, seconds, 4, lambda number: document("InitCanon", number), pause=0.0005)

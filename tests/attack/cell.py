@@ -7,11 +7,16 @@ import re
 import resource
 import signal
 import socket
+import ssl
 import struct
 import subprocess
+import sys
 import tempfile
 import threading
 import time
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "integration", "access"))
+from authority import Authority  # noqa: E402
 
 PRELUDE = (
     '<?xml version="1.0" encoding="UTF-8"?><CRCLCommandInstance '
@@ -153,15 +158,74 @@ class Http2:
         self.socket.close()
 
 
+class SecureModbus:
+    """Certificates for Modbus Security: of the server, of clients, and of clients that are not served."""
+
+    ROLE = "1.3.6.1.4.1.50316.802.1"
+
+    def __init__(self, folder):
+        authority, other = Authority(folder), Authority(folder, "other")
+        self.authority = authority.certificate
+        self.server = authority.certify("server", "IP:127.0.0.1")
+
+        def role(name, text, by=authority, form="UTF8String"):
+            return by.certify(name, extensions=(f"{self.ROLE}=ASN1:{form}:{text}",))
+
+        self.viewer, self.operator = role("viewer", "Viewer"), role("operator", "Operator")
+        self.unserved = [
+            None,
+            role("stranger", "Operator", other),
+            role("long", "x" * 400),
+            role("printable", "Operator", form="PRINTABLESTRING"),
+            role("control", "Opera\x01tor"),
+        ]
+        self.arguments = [
+            word
+            for key, value in (
+                ("certificate", self.server.certificate),
+                ("key", self.server.key),
+                ("client_ca", self.authority),
+                ("roles", "{Viewer: view, Operator: operate}"),
+            )
+            for word in ("--set", f"modbus.tls.{key}={value}")
+        ]
+
+    def context(self, certified):
+        """What a client with this certificate connects with; None: without one."""
+        context = ssl.create_default_context(cafile=self.authority)
+        if certified:
+            context.load_cert_chain(certified.certificate, certified.key)
+        return context
+
+    def connect(self, port, context, timeout=5):
+        plain = socket.create_connection(("127.0.0.1", port), timeout)
+        try:
+            return context.wrap_socket(plain, server_hostname="127.0.0.1")
+        except OSError:
+            plain.close()
+            raise
+
+    def greeting(self):
+        """The first bytes of a client."""
+        out = ssl.MemoryBIO()
+        tls = self.context(self.viewer).wrap_bio(ssl.MemoryBIO(), out, server_hostname="127.0.0.1")
+        try:
+            tls.do_handshake()
+        except ssl.SSLWantReadError:
+            pass
+        return out.read()
+
+
 class Daemon:
     """aprsimd on ports of its own, with what it uses measured, and little memory for its past, so
     that what else grows is seen. `log_pipe`: its log goes into a pipe that nobody reads; `files`:
     its hard limit of open files; `before`: words before its program; `enter`: called in its process
-    before the program starts."""
+    before the program starts; `secure`: with Modbus Security, see SecureModbus."""
 
     LITTLE_PAST = ("--set", "history.max_mb=16", "--set", "journal.memory_mb=16")
 
-    def __init__(self, binaries, *arguments, log_pipe=False, files=None, before=(), enter=None):
+    def __init__(self, binaries, *arguments, log_pipe=False, files=None, before=(), enter=None,
+                 secure=False):
         self.binaries = binaries
 
         def begin():
@@ -171,6 +235,8 @@ class Daemon:
                 enter()
 
         self.folder = tempfile.TemporaryDirectory(prefix="aprsim-attack-")
+        self.security = SecureModbus(self.folder.name) if secure else None
+        arguments = (*arguments, *(self.security.arguments if secure else ()))
         ports = os.path.join(self.folder.name, "ports.json")
         self.log = open(os.path.join(self.folder.name, "log"), "wb")
         self.pipe = os.pipe() if log_pipe else ()
