@@ -1,5 +1,6 @@
 # find_package(aprsim-client): the target aprsim::client_wires.
 include(CMakeFindDependencyMacro)
+find_dependency(OpenSSL)
 find_dependency(PkgConfig)
 find_dependency(Protobuf)
 find_dependency(fmt)

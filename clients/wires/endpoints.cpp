@@ -33,6 +33,7 @@ Outcome<std::uint16_t> port_of(const std::string& path, const std::string& key,
 std::uint16_t* place_of(const std::string& key, Endpoints& endpoints) {
   if (key == "grpc") return &endpoints.grpc;
   if (key == "modbus") return &endpoints.modbus;
+  if (key == "modbus_tls") return &endpoints.modbus_tls;
   if (key.starts_with(kModbusPrefix)) {
     return &endpoints.modbus_servers[key.substr(kModbusPrefix.size())];
   }
@@ -175,7 +176,7 @@ Outcome<Endpoints> find_endpoints(const EndpointChoice& choice) {
     endpoints.host = std::move(*host);
   }
   if (choice.grpc) endpoints.grpc = *choice.grpc;
-  if (choice.modbus) endpoints.modbus = *choice.modbus;
+  if (choice.modbus) endpoints.modbus = endpoints.modbus_tls = *choice.modbus;
   for (const auto& [robot, port] : choice.crcl) endpoints.crcl[robot] = port;
   return endpoints;
 }

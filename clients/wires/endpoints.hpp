@@ -9,7 +9,7 @@
 
 namespace aprsim::client {
 
-/// The encryption of gRPC: texts in PEM.
+/// The encryption of gRPC and Modbus Security: texts in PEM.
 struct Encryption {
   std::string ca = {};           ///< authorities of the daemon's certificate; empty = the system's
   std::string certificate = {};  ///< the client's own; empty = none
@@ -21,11 +21,12 @@ struct Endpoints {
   std::string host = "127.0.0.1";  ///< name or address, without brackets
   std::uint16_t grpc = 50051;
   std::uint16_t modbus = 1502;
+  std::uint16_t modbus_tls = 802;  ///< Modbus Security
   std::map<std::string, std::uint16_t> crcl{{"fanuc", 64444}, {"motoman", 64445}};  ///< by robot
   std::map<std::string, std::uint16_t> vision{{"fanuc", 4000}, {"motoman", 4001}};  ///< by robot
   std::map<std::string, std::uint16_t> modbus_servers = {};  ///< of the scene, by name
   std::string token = {};                                    ///< for gRPC; empty = none
-  std::optional<Encryption> encryption = {};  ///< of gRPC; absent = it is not encrypted
+  std::optional<Encryption> encryption = {};                 ///< absent = gRPC is not encrypted
 };
 
 /// A user's choice of endpoints. Absent settings come from environment variables, then defaults.
@@ -36,7 +37,8 @@ struct EndpointChoice {
   bool tls = false;        ///< encrypt even if none of the files below is given
   /// Files in PEM; empty = those that APRSIM_CA, APRSIM_CERTIFICATE and APRSIM_KEY name.
   std::string ca, certificate, key;
-  std::optional<std::uint16_t> grpc, modbus;
+  std::optional<std::uint16_t> grpc;
+  std::optional<std::uint16_t> modbus;  ///< with and without encryption
   std::map<std::string, std::uint16_t> crcl;
 };
 

@@ -68,7 +68,7 @@ It converts documents between XML, C++ values and protobuf without loss.")
 
 set(CPACK_DEBIAN_CLIENT_PACKAGE_NAME libaprsim-client-dev)
 set(CPACK_DEBIAN_CLIENT_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_CLIENT_PACKAGE_DEPENDS "libaprsim-crcl-dev, libgrpc++-dev, libmodbus-dev")
+set(CPACK_DEBIAN_CLIENT_PACKAGE_DEPENDS "libaprsim-crcl-dev, libgrpc++-dev, libmodbus-dev, libssl-dev")
 set(CPACK_DEBIAN_CLIENT_DESCRIPTION "C++ library for clients of the simulated robot cell aprsim
 It speaks to the cell by CRCL, Modbus, vision lines and gRPC.")
 

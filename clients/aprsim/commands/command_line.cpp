@@ -48,7 +48,8 @@ void add_endpoints(CLI::App& app, EndpointChoice& choice) {
   }
   for (const auto& [name, port, help] :
        {std::tuple("--grpc-port", &choice.grpc, "gRPC port (default 50051)"),
-        std::tuple("--modbus-port", &choice.modbus, "Modbus port (default 1502)")}) {
+        std::tuple("--modbus-port", &choice.modbus,
+                   "Modbus port (default 1502, with --secure 802)")}) {
     app.add_option(name, *port, help)->type_name("PORT")->check(within(1, 65535));
   }
   app.add_option_function<std::vector<std::string>>(

@@ -69,6 +69,18 @@ void set_belt_speed(ConveyorSetCommand& command, const std::string& text) {
 }
 
 template <typename Command>
+Outcome<ConveyorConnection> connect(const Command& command, const Console& console) {
+  return command.secure ? ConveyorConnection::connect_securely(console.endpoints)
+                        : ConveyorConnection::connect(console.endpoints);
+}
+
+template <typename Command>
+void add_secure(CLI::App& app, Command& command) {
+  app.add_flag("--secure", command.secure,
+               "Modbus Security: TLS with the files of --ca, --certificate and --key");
+}
+
+template <typename Command>
 void add_scaling(CLI::App& app, Command& command) {
   app.add_option("--full-scale", command.full_scale_m_s,
                  "Belt speed at 32768 counts [m/s] (default 0.32768)")
@@ -87,7 +99,7 @@ Outcome<void> run_command(const ConveyorSetCommand& command, Console& console) {
   }
   const auto speed = speed_count(command);
   if (!speed) return tl::unexpected(speed.error());
-  auto conveyor = ConveyorConnection::connect(console.endpoints);
+  auto conveyor = connect(command, console);
   if (!conveyor) return tl::unexpected(conveyor.error());
   const auto write = [&](const char* name, std::uint16_t address,
                          std::uint16_t value) -> Outcome<void> {
@@ -114,7 +126,7 @@ Outcome<void> run_command(const ConveyorSetCommand& command, Console& console) {
 }
 
 Outcome<void> run_command(const ConveyorStatusCommand& command, Console& console) {
-  auto conveyor = ConveyorConnection::connect(console.endpoints);
+  auto conveyor = connect(command, console);
   if (!conveyor) return tl::unexpected(conveyor.error());
   const auto image = conveyor->read();
   if (!image) return tl::unexpected(image.error());
@@ -152,6 +164,7 @@ void add_conveyor(CLI::App& app, CommandLine& line) {
   conveyor->require_subcommand(1);
   auto [status, status_command] = add_command<ConveyorStatusCommand>(
       *conveyor, line, "status", "Show the drive and sensors of the belt");
+  add_secure(*status, *status_command);
   add_scaling(*status, *status_command);
   offer_json(*status, line);
   auto [set, command] = add_command<ConveyorSetCommand>(*conveyor, line, "set",
@@ -167,6 +180,7 @@ void add_conveyor(CLI::App& app, CommandLine& line) {
           "Direction of travel"),
       {"forward", "reverse"});
   set->add_flag("--stop", command->stop, "Stop the belt")->excludes(speed);
+  add_secure(*set, *command);
   add_scaling(*set, *command);
   offer_json(*set, line, "Print one JSON object for each register written");
   auto [map, map_command] = add_command<ConveyorMapCommand>(*conveyor, line, "map",

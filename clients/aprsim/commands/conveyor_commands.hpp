@@ -12,10 +12,12 @@ struct ConveyorSetCommand {
   std::optional<double> speed_percent;  ///< of the register's full scale
   std::optional<bool> forward;
   bool stop = false;
+  bool secure = false;  ///< over Modbus Security
   double full_scale_m_s = 0.32768;
   bool one_is_forward = true;
 };
 struct ConveyorStatusCommand {
+  bool secure = false;  ///< over Modbus Security
   double full_scale_m_s = 0.32768;
   bool one_is_forward = true;
 };

@@ -165,6 +165,8 @@ constexpr std::array kExamples{
     Entry{"aprsim fault inject gripper-leak fanuc --over 5 --when grasp:fanuc:2",
           "Weakens the gripper from its second grasp on."},
     Entry{"aprsim conveyor set --speed 50% --direction reverse", "Runs the belt in reverse."},
+    Entry{"aprsim --ca ca.pem --certificate me.pem --key me.key conveyor status --secure",
+          "Shows the belt over Modbus Security."},
     Entry{"aprsim conveyor status --json | jq .speed_m_s", "Prints the speed of the belt."},
 };
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "clients/aprsim/conform/check.hpp"
-#include "clients/aprsim/conform/wire_socket.hpp"
+#include "clients/wires/wire_socket.hpp"
 #include "modbus/request_bytes.hpp"
 
 namespace aprsim::client::conform {

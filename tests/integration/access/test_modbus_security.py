@@ -303,6 +303,62 @@ class Rights(WithDaemon):
         self.expect_service()
 
 
+class CommandLine(WithDaemon):
+    """`aprsim conveyor --secure`."""
+
+    def conveyor(self, certified, *words, ports=True):
+        own = ["--ca", self.authority.certificate]
+        if certified:
+            own += ["--certificate", certified.certificate, "--key", certified.key]
+        if ports:
+            own += ["--ports-file", str(self.daemon.ports_file)]
+        return subprocess.run(
+            [find_binary("aprsim"), *own, "conveyor", *words], capture_output=True, text=True,
+            stdin=subprocess.DEVNULL, timeout=60 * PATIENCE, check=False,
+        )
+
+    def test_status_is_that_of_the_plain_port(self):
+        plain = self.conveyor(None, "status", "--json")
+        secure = self.conveyor(self.viewer, "status", "--secure", "--json")
+        self.assertEqual(secure.returncode, 0, secure.stderr)
+        self.assertEqual(json.loads(secure.stdout), json.loads(plain.stdout))
+
+    def test_the_role_decides(self):
+        before = self.holding()
+        refused = self.conveyor(self.viewer, "set", "--speed", "37%", "--secure")
+        self.assertEqual(refused.returncode, 1, refused.stderr)
+        self.assertIn("cannot write", refused.stderr)
+        self.assertIn("the role in the certificate", refused.stderr)
+        self.assertEqual(self.holding(), before)
+        done = self.conveyor(
+            self.operator, "set", "--speed", "37%", "--direction", "reverse", "--secure", "--json"
+        )
+        self.assertEqual(done.returncode, 0, done.stderr)
+        written = [json.loads(line) for line in done.stdout.splitlines()]
+        self.assertEqual([line["register"] for line in written], ["direction", "speed", "run"])
+        self.assertEqual(self.holding(), [1, 0, round(0.37 * 32768)])
+        self.assertEqual(self.conveyor(self.operator, "set", "--stop", "--secure").returncode, 0)
+        self.assertEqual(self.holding()[0], 0)
+
+    def test_a_port_of_its_own(self):
+        port = str(self.ports["modbus_tls"])
+        done = self.conveyor(self.viewer, "status", "--secure", "--modbus-port", port, ports=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_clients_that_are_not_served(self):
+        none = self.conveyor(None, "status", "--secure")
+        self.assertEqual(none.returncode, 2, none.stderr)
+        self.assertIn("certificate", none.stderr)
+        stranger = self.with_role("odd", "Operator", authority=Authority(str(self.folder), "odd_one"))
+        for words in (("status",), ("set", "--stop")):
+            done = self.conveyor(stranger, *words, "--secure")
+            self.assertEqual(done.returncode, 3, done.stderr)
+        # A server without TLS.
+        plain = str(self.ports["modbus"])
+        done = self.conveyor(self.viewer, "status", "--secure", "--modbus-port", plain, ports=False)
+        self.assertEqual(done.returncode, 3, done.stderr)
+
+
 class Handshakes(WithDaemon):
     def test_certificates_that_are_not_taken(self):
         stranger = self.with_role("stranger", "Operator", authority=Authority(str(self.folder), "other"))

@@ -12,7 +12,7 @@
 
 struct ssl_st;
 
-namespace aprsim::client::conform {
+namespace aprsim::client {
 
 /// A connected socket, encrypted by TLS 1.2 or 1.3 where that is asked for. Calls end as those of
 /// TcpSocket. Thread: one at a time.
@@ -45,4 +45,4 @@ class WireSocket {
   std::unique_ptr<ssl_st, Free> tls_;  // null = not encrypted
 };
 
-}  // namespace aprsim::client::conform
+}  // namespace aprsim::client

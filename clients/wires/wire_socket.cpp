@@ -1,4 +1,4 @@
-#include "clients/aprsim/conform/wire_socket.hpp"
+#include "clients/wires/wire_socket.hpp"
 
 #include <array>
 #include <openssl/err.h>
@@ -7,7 +7,7 @@
 #include <openssl/x509v3.h>
 #include <utility>
 
-namespace aprsim::client::conform {
+namespace aprsim::client {
 namespace {
 
 template <auto free_one>
@@ -157,4 +157,4 @@ Outcome<std::string> WireSocket::receive(Time deadline) {
   }
 }
 
-}  // namespace aprsim::client::conform
+}  // namespace aprsim::client
