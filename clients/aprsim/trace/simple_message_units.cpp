@@ -13,7 +13,8 @@ using namespace simple_message;
 
 constexpr ByteOrder kWireOrder = ByteOrder::kBig;
 
-/// Words of the Fanuc's gripper are 0 to 3, and 99 to end. No message is as short or has that length.
+/// Words of the Fanuc's gripper are 0 to 3, and 99 to end. No message is as short or has that
+/// length.
 bool is_gripper_word(std::int32_t word) { return (word >= 0 && word <= 3) || word == 99; }
 
 /// Karel's points have a sequence number and joints; the types of MotoROS are others.
