@@ -49,7 +49,7 @@ def _period(label: str, record: JointRecord) -> Estimate:
 
 
 def _moves(base: str, record: JointRecord, limits: Array, scene: dict[str, float]) -> list[Estimate]:
-    """Of a controller that moves at a speed of its own: each move from rest to rest is fitted alone."""
+    """The controller moves at a speed of its own: each move from rest to rest is fitted alone."""
     share_key, latency = f"{base}.{SPEED_KEY}", f"{base}.motion_latency_s"
     speeds: list[float] = []
     delays: list[float] = []
@@ -116,7 +116,7 @@ def _single(record: JointRecord, index: int, limits: Array) -> tuple[int, Profil
 
 
 def _trajectories(base: str, record: JointRecord) -> list[Estimate]:
-    """Of a controller that follows points at their times: how late, and at which pace."""
+    """The controller follows points at their times: how late, and at which pace."""
     latency, pace = f"{base}.motion_latency_s", f"{base}.trajectory_pace"
     delays: list[float] = []
     paces: list[float] = []
