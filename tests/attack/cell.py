@@ -191,7 +191,7 @@ class SecureModbus:
         ]
 
     def context(self, certified):
-        """What a client with this certificate connects with; None: without one."""
+        """The context of a client with this certificate; None: without one."""
         context = ssl.create_default_context(cafile=self.authority)
         if certified:
             context.load_cert_chain(certified.certificate, certified.key)

@@ -15,7 +15,7 @@ namespace aprsim::ros2 {
 /// that ends is reported once on standard error and tried again each second. Thread: one.
 class PictureStream {
  public:
-  /// Takes each picture. Thread: the stream's. What it throws ends the pictures.
+  /// Takes each picture. Thread: the stream's. An exception ends the pictures.
   using Take = std::function<void(const v1::Image&)>;
 
   PictureStream(client::Endpoints daemon, v1::StreamImagesRequest request, Take take);
