@@ -8,8 +8,8 @@
 namespace aprsim::render {
 
 /// Bounds of a square depth map by blocks, each about a plane of its own: the inverse depth of a
-/// plane is linear in the map's pixels. They tell of most pixels, without a look at the map,
-/// whether all of it nearby is nearer or farther than they are.
+/// plane is linear in the map's pixels. Most pixels are nearer or farther than all of the map
+/// nearby, and the bounds alone say so.
 class DepthBounds {
  public:
   static constexpr int kBlock_px = 8;   ///< along a side
@@ -23,7 +23,7 @@ class DepthBounds {
     float near_low = 0, near_high = 0, low = 0, high = 0;
   };
 
-  /// Of a map with so many pixels along each side, a multiple of the tiles' and of 64.
+  /// `size_px`: pixels along each side of the map, a multiple of the tiles' and of 64.
   explicit DepthBounds(int size_px);
   [[nodiscard]] static std::uint64_t bytes(int size_px);
 
@@ -34,7 +34,7 @@ class DepthBounds {
   [[nodiscard]] int blocks() const { return blocks_along_; }
 
  private:
-  // Of each block alone, in rows with a margin that bounds nothing.
+  // Each block alone, in rows with a margin that bounds nothing.
   struct Own {
     std::vector<float> middle, per_u, per_v, low, high;
   };

@@ -24,7 +24,7 @@ static_assert(DepthBounds::kReach_px >= kMaxPenumbra_px &&
               DepthBounds::kReach_px >= kFarSearch_px && kSize % (kBlock * kLanes) == 0);
 static_assert(TileGrid::kWidth == 32 && TileGrid::kHeight == 16);
 
-/// Of eight pixels side by side: their patterns repeat after four, in rows and columns.
+/// Samples of eight pixels side by side: patterns repeat after four, in rows and columns.
 struct Taps {
   Vec8f u[kTaps], v[kTaps];
 };
@@ -216,7 +216,8 @@ inline Sample sample(const Map& map, const Receivers& at, const Vec8f& du, const
   return out;
 }
 
-/// What is nearer to the lamp than points: how many of the samples, and their inverse depths.
+/// Samples that are nearer to the lamp than points: their number and the sum of their inverse
+/// depths.
 struct Blockers {
   Vec8i count = broadcast(0);
   Vec8f sum = broadcast(0.0F);
@@ -248,7 +249,7 @@ inline Vec8f soft_light(const Map& map, const Receivers& at, const Taps& taps, c
                         const Vec8f& widest_px) {
   Blockers blockers;
   search(map, at, taps, 0, kNearSearch_px, blockers);
-  // The near samples alone tell of narrow penumbras, unless an edge is among them.
+  // The near samples alone decide narrow penumbras, unless an edge is among them.
   const Mask8 narrow = widest_px <= broadcast(kNearSearch_px);
   const Mask8 even = (blockers.count == 0) | (blockers.count == kTaps / 2);
   Vec8f light = blockers.count == 0 ? broadcast(1.0F) : broadcast(0.0F);
