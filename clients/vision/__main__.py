@@ -85,7 +85,10 @@ def open_feeds(options: argparse.Namespace, feeds: list[Feed]) -> None:
         feeds.append(Feed(name, url, Sight(prior, camera, maps[name]), publisher))
     if options.write_ports:
         try:
-            options.write_ports.write_text(json.dumps(ports, indent=2) + "\n", encoding="utf-8")
+            # A reader never sees half of it.
+            draft = options.write_ports.with_name(options.write_ports.name + ".part")
+            draft.write_text(json.dumps(ports, indent=2) + "\n", encoding="utf-8")
+            draft.replace(options.write_ports)
         except OSError as error:
             raise VisionError(f"--write-ports: {error}") from error
 
