@@ -129,6 +129,8 @@ constexpr TestedElsewhere kTestedElsewhere[] = {
      "\"device\", \"set\", \"pusher\""},
     {"aprsim --ca ca.pem --certificate me.pem --key me.key conform modbus",
      "tests/integration/access/test_modbus_security.py", "--secure"},
+    {"aprsim --host cell --ca ca.pem --certificate me.pem --key me.key conveyor",
+     "tests/integration/access/test_modbus_security.py", "\"status\", \"--secure\""},
     {"aprsim modbus map", "tests/integration/python/test_modbus_servers.py",
      "\"modbus\", \"map\", \"line\""},
     {"aprsim camera fit", "tests/integration/python/test_camera_fit.py", "\"camera\", \"fit\""},
