@@ -53,6 +53,17 @@ def close_all(connections):
         connection.close()
 
 
+def at_once(run, clients, seconds, stop):
+    """Calls run() in so many threads until `stop` is set, which is after so many seconds."""
+    threads = [threading.Thread(target=run, daemon=True) for _ in range(clients)]
+    for thread in threads:
+        thread.start()
+    time.sleep(seconds)
+    stop.set()
+    for thread in threads:
+        thread.join(10)
+
+
 def flood(daemon, seconds, clients, make, pause=0):
     """So many clients that send documents as fast as they are taken, or every `pause` seconds;
     `make(number)` makes one."""
@@ -72,13 +83,7 @@ def flood(daemon, seconds, clients, make, pause=0):
         except OSError:
             pass
 
-    threads = [threading.Thread(target=run, daemon=True) for _ in range(clients)]
-    for thread in threads:
-        thread.start()
-    time.sleep(seconds)
-    stop.set()
-    for thread in threads:
-        thread.join(10)
+    at_once(run, clients, seconds, stop)
 
 
 def move_to(number, straight=False):
@@ -878,13 +883,7 @@ def storm(daemon, seconds, clients, act):
             except OSError:
                 pass
 
-    threads = [threading.Thread(target=run, daemon=True) for _ in range(clients)]
-    for thread in threads:
-        thread.start()
-    time.sleep(seconds)
-    stop.set()
-    for thread in threads:
-        thread.join(10)
+    at_once(run, clients, seconds, stop)
     expect_secure_service(daemon)
 
 
