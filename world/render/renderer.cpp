@@ -4,21 +4,9 @@
 #include <array>
 
 #include "world/render/raster/parallel.hpp"
-#include "world/render/shading.hpp"
 
 namespace aprsim::render {
 namespace {
-
-/// Weights of a facet's corners where a direction meets it.
-Eigen::Vector3f weights(const Rasterizer::Facet& facet, const Eigen::Vector3f& r) {
-  const Eigen::Vector3f out(facet.edge[0].dot(r), facet.edge[1].dot(r), facet.edge[2].dot(r));
-  return out / out.sum();
-}
-
-template <typename Corners>
-Eigen::Vector3f blend(const Corners& corners, const Eigen::Vector3f& weights) {
-  return corners[0] * weights.x() + corners[1] * weights.y() + corners[2] * weights.z();
-}
 
 /// Points that the camera may see: where its rays at the edge and in the middle meet the floor, or
 /// 5 m away.
@@ -160,20 +148,27 @@ TileSet Renderer::tiles_to_shade(const TileSet& drawn) const {
   return out;
 }
 
+View Renderer::view() const {
+  return {.raster = raster_,
+          .placements = placements_,
+          .R_WP = R_WP_,
+          .R_WC = R_WC_,
+          .eye_W = eye_W_,
+          .pixel = camera_.lens.focal_px.cwiseInverse().cast<float>()};
+}
+
+std::pair<int, int> Renderer::corner_of(std::size_t tile) const {
+  return {static_cast<int>(tile) % grid().columns * TileGrid::kWidth,
+          static_cast<int>(tile) / grid().columns * TileGrid::kHeight};
+}
+
 void Renderer::shade_tile(std::size_t tile) {
   TileSurface surface;
-  const View view{.raster = raster_,
-                  .placements = placements_,
-                  .R_WP = R_WP_,
-                  .R_WC = R_WC_,
-                  .eye_W = eye_W_,
-                  .pixel = camera_.lens.focal_px.cwiseInverse().cast<float>()};
-  find_surface(view, tile, surface);
+  find_surface(view(), tile, surface);
   std::array<float, 3 * TileGrid::kPixels> rgb;
   render::shade_tile(surface, eye_W_, shadows_, rgb.data(),
                      lit_from_.data() + tile * shadows_.size());
-  const int x0 = static_cast<int>(tile) % grid().columns * TileGrid::kWidth;
-  const int y0 = static_cast<int>(tile) / grid().columns * TileGrid::kHeight;
+  const auto [x0, y0] = corner_of(tile);
   const int width = std::min(TileGrid::kWidth, grid().width - x0);
   for (int row = 0; row < std::min(TileGrid::kHeight, grid().height - y0); ++row) {
     std::copy_n(rgb.data() + 3 * TileGrid::kWidth * row, 3 * width, light_.at(x0, y0 + row));
@@ -230,23 +225,21 @@ Picture<std::uint16_t> Renderer::segments(const std::vector<std::uint16_t>& obje
   return out;
 }
 
-Eigen::Vector3f Renderer::normal_at(std::size_t pixel) const {
-  const std::uint32_t owner = raster_.owner()[pixel];
-  if (owner == Rasterizer::kNothing) return Eigen::Vector3f::Zero();
-  const Rasterizer::Facet& facet = raster_.facet(owner);
-  const Placement& placement = placements_[owner >> Rasterizer::kFacetBits];
-  const Eigen::Vector3f ray = raster_.rays().at(pixel);
-  return (R_WP_[owner >> Rasterizer::kFacetBits] *
-          blend(placement.mesh->triangles[facet.triangle].normals, weights(facet, ray)))
-      .normalized();
-}
-
 Picture<float> Renderer::normals() const {
   Picture<float> out(grid().width, grid().height, 3);
-  for (int y = 0; y < out.height; ++y) {
-    for (int x = 0; x < out.width; ++x) {
-      const Eigen::Vector3f normal = normal_at(grid().index(x, y));
-      std::copy_n(normal.data(), 3, out.at(x, y));
+  TileSurface surface;
+  const View seen = view();
+  for (std::size_t tile = 0; tile < grid().tiles(); ++tile) {
+    find_surface(seen, tile, surface);
+    const TilePoints& points = surface.points;
+    const auto [x0, y0] = corner_of(tile);
+    for (int i = 0; i < TileGrid::kPixels; ++i) {
+      const int x = x0 + i % TileGrid::kWidth, y = y0 + i / TileGrid::kWidth;
+      if (x >= out.width || y >= out.height) continue;
+      const auto k = static_cast<std::size_t>(i);
+      if (raster_.owner()[tile * TileGrid::kPixels + k] == Rasterizer::kNothing) continue;
+      const float normal[] = {points.normal_x[k], points.normal_y[k], points.normal_z[k]};
+      std::copy_n(normal, 3, out.at(x, y));
     }
   }
   return out;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -10,6 +11,7 @@
 #include "world/render/picture.hpp"
 #include "world/render/raster/rasterizer.hpp"
 #include "world/render/raster/shadow_map.hpp"
+#include "world/render/shading.hpp"
 #include "world/scene/model/camera.hpp"
 
 namespace aprsim::render {
@@ -55,7 +57,9 @@ class Renderer {
 
  private:
   [[nodiscard]] const TileGrid& grid() const { return raster_.rays().grid; }
-  [[nodiscard]] Eigen::Vector3f normal_at(std::size_t pixel) const;
+  [[nodiscard]] View view() const;
+  /// The first pixel of a tile.
+  [[nodiscard]] std::pair<int, int> corner_of(std::size_t tile) const;
   void shade_tile(std::size_t tile);
   [[nodiscard]] TileSet tiles_to_shade(const TileSet& drawn) const;
   void expose(const TileSet& shaded, std::uint64_t frame, int threads);
