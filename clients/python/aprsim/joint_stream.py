@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import queue
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Sequence
 
 import numpy.typing as npt
 
@@ -21,6 +21,16 @@ if TYPE_CHECKING:
 
 _ACCEPTED_S = 60.0  # generous for a busy machine
 _END_S = 1.0  # for the result of a stream that has ended
+
+
+@dataclass(frozen=True)
+class StreamPoint:
+    """Where all joints are at a time of a stream."""
+
+    time_s: float
+    positions_rad: npt.ArrayLike
+    velocities_rad_s: npt.ArrayLike | None = None
+    """None: on a straight line from the point before."""
 
 
 @dataclass(frozen=True)
@@ -57,25 +67,37 @@ class JointStream(Closing):
         """Move all joints to these positions, in `after_s` from the posture before: on a smooth curve to
         these velocities, else on a straight line. Raises Refused with what is wrong, and TrajectoryError
         once the stream has ended."""
-        positions = arguments.vector("positions_rad", positions_rad, self._joints, "rad")
         after_s = arguments.number("after_s", after_s, "s", above=0, high=LONGEST_S)
+        return self.follow([StreamPoint(self._end_s + after_s, positions_rad, velocities_rad_s)])
+
+    def follow(self, points: Sequence[StreamPoint], ends_at_s: float | None = None) -> Taken:
+        """Move all joints along points whose times rise. They follow those that are left; with `ends_at_s` they
+        follow the motion up to that time of the stream, or up to a millisecond from now if that is later, and the
+        points that are left behind it are dropped. Raises as `append` does; points that are refused change
+        nothing."""
         self.require_open()
         request = service.AppendPointsRequest(robot=self._robot)
         request.points.stream = self.number
         request.points.begins = not self._begun
-        point = request.points.points.add(position_rad=positions.tolist())
-        set_time(point.time, self._end_s + after_s)
-        if velocities_rad_s is not None:
-            velocities = arguments.vector("velocities_rad_s", velocities_rad_s, self._joints, "rad/s")
-            point.velocity_rad_s.extend(velocities.tolist())
+        for one in points:
+            positions = arguments.vector("positions_rad", one.positions_rad, self._joints, "rad")
+            time_s = arguments.number("time_s", one.time_s, "s", above=0, high=LONGEST_S)
+            point = request.points.points.add(position_rad=positions.tolist())
+            set_time(point.time, time_s)
+            if one.velocities_rad_s is not None:
+                velocities = arguments.vector("velocities_rad_s", one.velocities_rad_s, self._joints, "rad/s")
+                point.velocity_rad_s.extend(velocities.tolist())
+        if ends_at_s is not None:
+            ends_at_s = arguments.number("ends_at_s", ends_at_s, "s", low=0, high=LONGEST_S)
+            set_time(request.points.ends_at, ends_at_s)
         try:
             answer = self._cell.append_points(request)
         except Refused:
             self.require_open(_END_S)
             raise
         self._begun = True
-        self._end_s += after_s
-        return Taken(seconds(answer.time), seconds(answer.end_time))
+        self._end_s = seconds(answer.end_time)
+        return Taken(seconds(answer.time), self._end_s)
 
     def restart(self) -> None:
         """Let the next posture begin a motion from where the robot stands, as after a stop."""

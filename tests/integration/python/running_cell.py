@@ -48,8 +48,9 @@ class WithEnvs(unittest.TestCase):
 
 
 def await_that(condition, words):
-    """Wait until the condition holds; fails with the words after the time limit."""
+    """Wait until the condition holds; fails with the words after the time limit. The words may be a function, which
+    is called then."""
     deadline = time.monotonic() + 60 * PATIENCE
     while not condition():
-        assert time.monotonic() < deadline, words
+        assert time.monotonic() < deadline, words() if callable(words) else words
         time.sleep(0.01)

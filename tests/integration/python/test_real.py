@@ -23,7 +23,8 @@ from aprsim.real.base.shadow import Shadow
 from aprsim.real.belts.belt_mirror import BeltMirror
 from aprsim.real.robots.crcl_relay import CrclRelay, Documents, question
 from aprsim.real.robots.crcl_status import StatusReader, crcl_source, get_status
-from aprsim.real.robots.pacing import Pacing
+from aprsim.real.copies.joint_bounds import JointBounds
+from aprsim.real.copies.pacing import Pacing
 from aprsim.real.robots.robot_mirror import RobotMirror
 from aprsim.real.robots.robot_source import tool_of
 from aprsim.real.robots.wire_joints import WireJoints
@@ -114,10 +115,11 @@ class WireJointsTest(unittest.TestCase):
 
 class PacingTest(unittest.TestCase):
     SPEED = np.array([2.0, 3.0])
+    BOUNDS = JointBounds(np.array([-3.0, -3.0]), np.array([3.0, 3.0]), SPEED)
     PERIOD_S = 0.02
 
     def pacing(self):
-        return Pacing(np.array([-3.0, -3.0]), np.array([3.0, 3.0]), self.SPEED, self.PERIOD_S)
+        return Pacing(self.BOUNDS, self.PERIOD_S)
 
     def test_never_beyond_a_limit_and_late_by_the_delay(self):
         """Random motions and jitter: speeds within the limits, and a delay that returns to its value."""
@@ -146,7 +148,7 @@ class PacingTest(unittest.TestCase):
         for period_s in (0.005, 0.02, 0.025, 0.1):
             for _ in range(10):
                 delay_s = period_s + 0.005
-                pacing = Pacing(np.array([-3.0, -3.0]), np.array([3.0, 3.0]), self.SPEED, delay_s)
+                pacing = Pacing(self.BOUNDS, delay_s)
                 left_s, here, rate = chance.uniform(0, 3) * period_s, np.zeros(2), chance.uniform(0.2, 1.5)
                 delays = []
                 for number in range(300):
@@ -163,7 +165,7 @@ class PacingTest(unittest.TestCase):
         most = 5 * self.SPEED
         for off_s in (0.0, 0.002, 0.004):
             for _ in range(20):
-                pacing = Pacing(np.array([-3.0, -3.0]), np.array([3.0, 3.0]), self.SPEED, self.PERIOD_S + 0.005)
+                pacing = Pacing(self.BOUNDS, self.PERIOD_S + 0.005)
                 left_s, told_s, end_s = 0.005, 0.0, 0.0
                 phase, rate = chance.uniform(0, 6), chance.uniform(0.5, 1.2)
                 place = lambda at_s: np.array([math.sin(phase + rate * at_s), math.cos(rate * at_s) - 1])  # noqa: E731

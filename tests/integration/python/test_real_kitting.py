@@ -135,7 +135,7 @@ class MixedKittingTest(TwoCells):
         # The real side has none of the Motoman's work, the cell a copy of the Fanuc's.
         for kit in SIMULATED_KITS:
             self.assertEqual(set(real[kit].values()), {None}, kit)
-        await_that(self.agree, f"{self.slots(self.cell)}")
+        await_that(self.agree, lambda: f"{self.slots(self.cell)} {(self.folder / 'real.log').read_text()}")
         for cell, start_m in zip((self.real, self.cell), before_m, strict=True):
             self.assertGreater(cell.snapshot().conveyor.travel_m - start_m, 1e-3, "the belt has moved")
         process.terminate()

@@ -52,7 +52,7 @@ APRSIM_FIELDS(RobotCommand, FIELD(robot), INLINED(action), FIELD(guards))
 APRSIM_FIELDS(TrajectoryPoint, FIELD(time), FIELD(position_rad), FIELD(velocity_rad_s),
               FIELD(acceleration_rad_s2))
 APRSIM_FIELDS(ClaimMotion, FIELD(commander), FIELD(mode), FIELD(reset), FIELD(takes_over))
-APRSIM_FIELDS(AppendPoints, FIELD(stream), FIELD(begins), FIELD(points))
+APRSIM_FIELDS(AppendPoints, FIELD(stream), FIELD(begins), FIELD(points), FIELD(ends_at))
 APRSIM_FIELDS(AppendMove, FIELD(stream), FIELD(position_rad), FIELD(speed), FIELD(rounding),
               FIELD(max_waiting))
 APRSIM_FIELDS(StopStream, FIELD(stream))

@@ -67,6 +67,9 @@ struct AppendPoints {
   /// at rest. The first points of a stream always begin one. A first point at time 0 moves nothing.
   bool begins = false;
   std::vector<TrajectoryPoint> points{};
+  /// The points follow those up to this time of the present trajectory, or up to a millisecond from
+  /// now if that is later; the others that are left are dropped. None = follow all that are left.
+  std::optional<SimTime> ends_at{};
 };
 
 /// Adds a move to a stream of moves: all joints arrive together. Errors: kUnavailable while

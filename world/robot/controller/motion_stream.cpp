@@ -102,7 +102,10 @@ Result<void> MotionStream::apply(const api::AppendPoints& command, const Arm& ar
                     std::to_string(command.points.size()) + " come, the limit is " +
                     std::to_string(api::kMaxTrajectoryPoints));
   }
-  CurvePoint from = timed->tail(here);
+  // A copy is cut: a refusal changes nothing.
+  TimedMotion kept = *timed;
+  if (command.ends_at) kept.end_at(*command.ends_at);
+  CurvePoint from = kept.tail(here);
   if (command.begins) from.time = SimTime(0);
   const auto order = joint_order(arm.equipped.model(), {});
   auto block = read_points(command.points, *order, from, limits_of(arm));
@@ -111,8 +114,9 @@ Result<void> MotionStream::apply(const api::AppendPoints& command, const Arm& ar
     if (error.code == ErrorCode::kUnreachable) return raise_alarm(error, arm);
     return tl::unexpected(error);
   }
-  if (command.begins) timed->begin(here);
-  if (*block) timed->append(*std::move(block), here);
+  if (command.begins) kept.begin(here);
+  if (*block) kept.append(*std::move(block), here);
+  *timed = std::move(kept);
   return {};
 }
 

@@ -73,6 +73,7 @@ std::vector<api::TrajectoryAction> every_trajectory_action() {
           api::ClaimMotion{"driver", api::StreamMode::kMoves, true, 12},
           api::AppendPoints{7, true, {plain, full}},
           api::AppendPoints{7},
+          api::AppendPoints{7, false, {plain}, std::chrono::nanoseconds(1)},
           api::AppendMove{7, {kThird, 2}, 0.2, 0.5, 3},
           api::StopStream{7},
           api::PauseStream{7, true},

@@ -29,8 +29,8 @@ _SETTLE_S = 1.0  # until the simulated camera has seen a change
 
 class CameraMirror:
     """Moves bodies of the cell to where the vision lines of a real camera have them, when some frames
-    agree. Bodies outside the simulated camera's area, held, near a tool or in motion are left alone, and so
-    is everything while the camera is lost. Thread: one at a time."""
+    agree, and stands tilted ones upright there. Bodies outside the simulated camera's area, held, near a
+    tool or in motion are left alone, and so is everything while the camera is lost. Thread: one at a time."""
 
     def __init__(self, cell: Cell, robot: str, source: Source[FrameReading], *, report: Report) -> None:
         """The lines are in the vision frame of `robot`. Raises AprsimError."""
@@ -120,7 +120,7 @@ class CameraMirror:
         held = any(robot.held_body == one.body for robot in snapshot.robots.values())
         near = any(np.linalg.norm(tool - body.position_m) < _HELD_M for tool in tools)
         moves = float(np.linalg.norm(body.velocity_m_s)) > _RESTS_M_S
-        return not (held or near or moves or body.lost or abs(body.pose[2, 2]) < _UPRIGHT)
+        return not (held or near or moves or body.lost)
 
     def _placed(self, place: Planar, z_m: float) -> Array:
         """The pose in the world of an upright body, at a height in the world."""
@@ -141,12 +141,21 @@ class CameraMirror:
         out[:3, 3] += after[:3, 3] - before[:3, 3]
         return out
 
+    def _pose(self, snapshot: Snapshot, name: str, now: Planar, place: Planar) -> Array:
+        """Of a body that is moved. One that leans on an edge, as after a bad grip, may not keep its tilt: the
+        place where the camera sees it may be a pocket."""
+        body = snapshot.body(name)
+        if _is_upright(body.pose):
+            return self._moved(body.pose, now, place)
+        heights = _heights_m(snapshot, body.type)
+        return self._placed(place, float(np.median(heights)) if heights else float(body.position_m[2]))
+
     def _apply(self, snapshot: Snapshot, one: Difference, raised_m: float = 0.0) -> None:
         self._steady.clear()
         self._changed_s = snapshot.sim_time_s
         try:
             if one.body is not None and one.now is not None:
-                pose = self._moved(snapshot.body(one.body).pose, one.now, one.place)
+                pose = self._pose(snapshot, one.body, one.now, one.place)
                 pose[2, 3] += raised_m
                 self._cell.move_body(one.body, pose)
                 text = f"{one.body} is moved"
@@ -159,16 +168,27 @@ class CameraMirror:
 
     def _add(self, snapshot: Snapshot, one: Difference) -> str:
         """Adds a body that the cell lacks, as high as the others of its type. Returns a text for the user."""
-        same = [body.position_m[2] for body in snapshot.bodies.values() if body.type == one.type_name]
-        if not same:
+        heights = _heights_m(snapshot, one.type_name)
+        if not heights:
             return f"{one.type_name} is seen, and the cell has none"
         name = next(
             f"{one.type_name}_seen_{number}"
             for number in itertools.count(1)
             if f"{one.type_name}_seen_{number}" not in snapshot.bodies
         )
-        self._cell.spawn(one.type_name, name, self._placed(one.place, float(np.median(same))))
+        self._cell.spawn(one.type_name, name, self._placed(one.place, float(np.median(heights))))
         return f"{name} is new"
+
+
+def _is_upright(X_WB: Array) -> bool:
+    """Whichever side is up."""
+    return bool(abs(X_WB[2, 2]) >= _UPRIGHT)
+
+
+def _heights_m(snapshot: Snapshot, type_name: str) -> list[float]:
+    """Of the upright bodies of a type, in the world."""
+    bodies = snapshot.bodies.values()
+    return [float(body.position_m[2]) for body in bodies if body.type == type_name and _is_upright(body.pose)]
 
 
 def _area(text: str, robot: str) -> tuple[Array, Array]:

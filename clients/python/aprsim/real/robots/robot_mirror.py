@@ -13,12 +13,13 @@ import numpy as np
 from ...calls import robot_named
 from ...cell import Cell
 from ...errors import Refused
-from ...joint_stream import JointStream
 from ...poses import Array
 from ...trajectories import TrajectoryError
 from ...v1 import trajectory_pb2
 from ..base.devices import DeviceLies, DeviceLost, Report
-from .pacing import Pacing
+from ..copies.copy_stream import CopyStream
+from ..copies.joint_bounds import JointBounds
+from ..copies.pacing import Pacing
 from .robot_source import RobotReader, RobotReading, RobotSource
 
 RETRY_S = 1.0
@@ -39,27 +40,24 @@ class RobotMirror:
     def __init__(self, cell: Cell, robot: str, source: RobotSource, *, report: Report) -> None:
         description = robot_named(cell.description, robot)
         limits = [[joint.lower_rad, joint.upper_rad, joint.max_speed_rad_s] for joint in description.joints]
-        lower_rad, upper_rad, speed_rad_s = np.array(limits).T
-        self._pacing = Pacing(lower_rad, upper_rad, speed_rad_s, source.period_s + _MARGIN_S)
+        self._bounds = JointBounds(*np.array(limits).T)
+        self._pacing = Pacing(self._bounds, source.period_s + _MARGIN_S)
         self._cell, self._robot = cell, robot
         self._source, self._period_s = source, source.period_s
         self._report = report
         self._told = ""
-        self._left_until_s, self._moves, self._measured_s = 0.0, False, 0.0
-        self._velocity: Array = np.zeros_like(speed_rad_s)  # at the last posture
         self._widest_m, self._setting = 0.0, math.nan
-        self._end_s = 0.0  # of the stream
+        self._late_s: deque[float] = deque(maxlen=_LATENCIES)
         self._settings: deque[tuple[float, float]] = deque()  # to come, with their times of the stream
         self._grips_until_s = -math.inf  # by the times of measurements
-        self._latencies: deque[float] = deque(maxlen=_LATENCIES)
         self.follows = threading.Event()
         """Set while the cell's robot follows the real one."""
 
     def latency_s(self) -> float:
         """Median time from a measurement to the posture in the cell, of the latest motions; NaN before one.
         Thread: any."""
-        latencies = list(self._latencies)
-        return statistics.median(latencies) if latencies else math.nan
+        late_s = list(self._late_s)
+        return statistics.median(late_s) if late_s else math.nan
 
     def run(self, ended: threading.Event) -> None:
         """Until the event is set."""
@@ -90,86 +88,72 @@ class RobotMirror:
     def _follow(self, reader: RobotReader, ended: threading.Event, resets: bool) -> None:
         commander = f"mirror of {reader.address}"
         with self._cell.open_joint_stream(self._robot, commander=commander, reset=resets) as stream:
-            reading, postures = self._approach(stream, reader, ended)
+            here = self._cell.snapshot(["robots"]).robot(self._robot).joints_rad
+            copy = CopyStream(stream, self._bounds, self._pacing, here, self._late_s)
+            self._settings.clear()
+            reading = self._approach(copy, reader, ended)
             self._tell(f"{self._robot}: follows {reader.address}")
             self.follows.set()
             next_s = time.monotonic()
             while not ended.is_set():
                 before, (reading, target) = reading, self._read(reader)
                 self._pacing.check_speed(before.joints_rad, reading.joints_rad, reading.at_s - before.at_s)
-                self._follow_gripper(reading)
-                stream.require_open()
+                self._follow_gripper(copy, reading)
+                copy.require_open()
+                grips = bool(self._settings) or reading.at_s < self._grips_until_s
                 try:
-                    self._append(stream, postures, (reading.at_s, target))
+                    follows = copy.add(reading.at_s, target, keeps_time=grips)
                 except Refused as error:
-                    self._await_rest(error, ended)
-                    stream.restart()
-                    reading, postures = self._approach(stream, reader, ended)
+                    # A device that was slow has let the robot run out of postures at the end of a joint's range.
+                    if "still stopping" not in str(error):
+                        raise
+                    follows = False
+                self._switch(copy.time_s)
+                if not follows:
+                    self._await_rest(copy, ended)
+                    reading = self._approach(copy, reader, ended)
                 if not reader.pushes:
                     next_s = max(next_s + self._period_s, time.monotonic())
                     ended.wait(next_s - time.monotonic())
 
-    def _await_rest(self, error: Refused, ended: threading.Event) -> None:
-        """A device that was slow has let the robot run out of postures: it brakes before it takes more.
-        Raises any other refusal."""
-        if "still stopping" not in str(error):
-            raise error
+    def _await_rest(self, copy: CopyStream, ended: threading.Event) -> None:
+        """The robot brakes, and takes postures from where it is then."""
+        ended.wait(copy.rest_s())
         while not ended.is_set():
-            motion = self._cell.snapshot(["robots"]).robot(self._robot).message.motion
+            robot = self._cell.snapshot(["robots"]).robot(self._robot)
+            motion = robot.message.motion
             if motion.phase == trajectory_pb2.STREAM_PHASE_READY or motion.stream == 0:
+                copy.restart(np.array(motion.reference_rad))
                 return
             ended.wait(self._period_s)
 
-    def _append(self, stream: JointStream, postures: deque[tuple[float, Array]], now: tuple[float, Array]) -> None:
-        """The next posture; nothing for a robot at rest. `postures`: the last ones with the times of the
-        stream at which the robot reaches them."""
-        at_s, before = postures[-1]
-        measured_s, self._measured_s = now[0] - self._measured_s, now[0]
-        grips = bool(self._settings) or now[0] < self._grips_until_s
-        if (now[1] == before).all() and not self._moves and not grips:
-            return
-        left_s = max(self._left_until_s - time.monotonic(), 0.0)
-        duration_s = self._pacing.segment_s(before, now[1], measured_s, left_s)
-        velocity = self._pacing.velocity([*postures, (at_s + duration_s, now[1])])
-        duration_s, velocity = self._pacing.smooth(
-            now[1] - before, self._velocity, velocity, duration_s, measured_s, left_s
-        )
-        postures.append((at_s + duration_s, now[1]))
-        self._move(stream, now[1], duration_s, velocity)
-        self._latencies.append(self._left_until_s - now[0])
-
-    def _move(self, stream: JointStream, to_rad: Array, after_s: float, velocity_rad_s: Array) -> None:
-        taken = stream.append(to_rad, after_s, velocity_rad_s)
-        self._end_s = taken.end_time_s
-        self._switch(taken.time_s)
-        self._left_until_s = time.monotonic() + taken.end_time_s - taken.time_s
-        self._moves, self._velocity = bool((velocity_rad_s != 0).any()), velocity_rad_s
-
-    def _approach(
-        self, stream: JointStream, reader: RobotReader, ended: threading.Event
-    ) -> tuple[RobotReading, deque[tuple[float, Array]]]:
-        """Slowly to where the real robot is, until that is slow itself: nobody can join it at full speed.
-        The last reading, and where the robot is then."""
-        here = self._cell.snapshot(["robots"]).robot(self._robot).joints_rad
-        self._end_s = 0.0
+    def _approach(self, copy: CopyStream, reader: RobotReader, ended: threading.Event) -> RobotReading:
+        """Slowly to where the real robot is; into its motion once that is a matter of tenths of a second. The last
+        reading."""
+        copy.begin()
+        measured = 0
         while True:
             reading, target = self._read(reader)
-            self._left_until_s, self._moves, self._measured_s = 0.0, False, reading.at_s
-            self._velocity = 0 * here
-            if self._pacing.is_near(here, target) or ended.is_set():
+            moves = copy.measure(reading.at_s, target)
+            measured += 1
+            if copy.is_near(target) or ended.is_set() or (moves and copy.join()):
                 self._switch(math.inf)  # those of a stream before
-                return reading, deque([(0.0, here)], maxlen=3)
-            stream.require_open()
-            self._move(stream, target, self._pacing.approach_s(here, target), 0 * target)
-            here = target
-            ended.wait(max(self._left_until_s - time.monotonic(), 0.0))
+                return reading
+            copy.require_open()
+            if measured > 1:
+                copy.go_slowly(target, self._pacing.approach_s(copy.here_rad, target))
+                ended.wait(copy.rest_s())
+                copy.begin()
+                measured = 0
+            elif not reader.pushes:
+                ended.wait(self._period_s)
 
     def _read(self, reader: RobotReader) -> tuple[RobotReading, Array]:
         reading = reader.read()
         target = self._pacing.checked(reading.joints_rad)
         return reading, target
 
-    def _follow_gripper(self, reading: RobotReading) -> None:
+    def _follow_gripper(self, copy: CopyStream, reading: RobotReading) -> None:
         """As it is commanded; where that is not reported, as its fingers are. A change comes when the robot is
         where the real one was, and the rest after it lasts as long as the real one's: the copy may be late, and
         then it grips in the same order."""
@@ -180,7 +164,7 @@ class RobotMirror:
         if setting is None or not 0 <= setting <= 1 or setting == self._setting:
             return
         self._setting = setting
-        self._settings.append((self._end_s, setting))
+        self._settings.append((copy.end_s, setting))
         self._grips_until_s = reading.at_s + _GRIPS_S
 
     def _switch(self, now_s: float) -> None:

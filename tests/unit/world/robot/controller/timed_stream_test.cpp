@@ -295,6 +295,60 @@ TEST_P(TimedStream, APauseKeepsThePathAndThePoints) {
   EXPECT_LE(rig.effort().accel, 1.3);
 }
 
+TEST_P(TimedStream, PointsInPlaceOfOthersBeginOnTheirCurve) {
+  std::mt19937 engine(12);
+  for (int round = 0; round < 40; ++round) {
+    StreamRig cut(GetParam()), whole(GetParam());
+    for (StreamRig* each : {&cut, &whole}) {
+      each->ready();
+      ASSERT_EQ(each->claim(), "");
+    }
+    const auto points = smooth_points(cut, engine, 20, 0.05, 0.5, round % 2 == 0);
+    const int sent_at = std::uniform_int_distribution(100, 700)(engine);
+    const int ends_at = sent_at + std::uniform_int_distribution(-50, 100)(engine);
+    for (StreamRig* each : {&cut, &whole}) {
+      ASSERT_EQ(each->send(api::AppendPoints{each->stream, true, points}), "");
+      each->steps(sent_at);
+      each->forget();
+    }
+    // The earliest end is a millisecond from now.
+    const int left = std::max(ends_at - sent_at, 1);
+    whole.steps(left + 1);
+    const auto& path = whole.path();
+    const auto at = static_cast<std::size_t>(left);
+    const JointVector speed = (path[at + 1] - path[at - 1]) / 2e-3;
+    const std::vector<double> rest(static_cast<std::size_t>(cut.dof()), 0.0);
+    const JointVector stop = path[at] + 0.1 * speed;
+    const api::TrajectoryPoint point{milliseconds(sent_at + left + 200), values_of(stop), rest, {}};
+    ASSERT_EQ(cut.send(api::AppendPoints{cut.stream, false, {point}, milliseconds(ends_at)}), "");
+    EXPECT_EQ(cut.motion().end_time, point.time);
+    cut.finish();
+    for (std::size_t k = 0; k <= at; ++k) {
+      ASSERT_LE((cut.path()[k] - path[k]).cwiseAbs().maxCoeff(), 1e-12) << round << " " << k;
+    }
+    EXPECT_LE(cut.effort().accel, 1) << round << ": no jump of the speed";
+    EXPECT_EQ(cut.controller().reference(), stop) << round;
+  }
+}
+
+TEST_P(TimedStream, ARefusedPointInPlaceOfOthersChangesNothing) {
+  std::mt19937 engine(13);
+  const auto points = smooth_points(rig, engine, 20, 0.05, 0.5, false);
+  ASSERT_EQ(append(points, true), "");
+  rig.steps(300);
+  const auto left = rig.motion().points_left;
+  auto point = points[10];
+  point.time = milliseconds(301);
+  const std::string error =
+      rig.send(api::AppendPoints{rig.stream, false, {point}, milliseconds(100)});
+  EXPECT_NE(error.find("time 0.301 s, must be above 0.301 s"), std::string::npos) << error;
+  EXPECT_EQ(rig.motion().points_left, left);
+  EXPECT_EQ(rig.motion().end_time, points.back().time);
+  EXPECT_EQ(rig.motion().alarm, "");
+  rig.finish();
+  EXPECT_EQ(rig.controller().reference(), vector_of(points.back().position_rad));
+}
+
 TEST_P(TimedStream, APauseMayEndTheCurve) {
   for (const bool quintic : {false, true}) {
     StreamRig cut(GetParam()), whole(GetParam());
