@@ -343,6 +343,21 @@ class CameraTest(Beside):
         disturbed.drop()
         await_that(lambda: sum("is lost" in text for text in self.told) >= 2, self.told)
 
+    def test_a_gear_that_leans_in_its_slot_is_stood_upright(self):
+        """As after a grip that failed here alone."""
+        gear = "part_medium_gear_1"
+        pose = self.pose(self.real, gear)
+        pose[:3, 3] += [0.012, 0, 0.01]
+        self.cell.move_body(gear, pose)
+        await_that(lambda: abs(self.pose(self.cell, gear)[2, 2]) < 0.98, "it leans")
+        self.build(self.settings("mirror"))
+        await_that(
+            lambda: np.abs((self.pose(self.real, gear) - self.pose(self.cell, gear))[:2, 3]).max() < 4e-3
+            and self.pose(self.cell, gear)[2, 2] > 0.99,
+            self.told,
+        )
+        self.await_told(f"{gear} is moved")
+
     def test_a_proxy_passes_lines_and_pictures(self):
         camera = next(key for key in self.real.endpoints.ports if key.startswith("camera."))
         self.build(self.settings("proxy", pictures=self.port(camera)))

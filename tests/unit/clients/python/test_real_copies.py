@@ -134,8 +134,8 @@ class CopyTest(unittest.TestCase):
             np.testing.assert_allclose(found.acceleration_rad_s2, bend, atol=1e-7)
 
     def latencies(self, seed, hiccup_s):
-        """Of a copy of a swinging robot, each millisecond, where this share of the questions comes late by up to
-        that: time between the robot's state and the copy's, and the largest accelerations of the copy."""
+        """For each millisecond of a copy of a swinging robot, where each fifteenth answer is late by up to that: the
+        time between the robot's state and the copy's, and the largest acceleration of the copy."""
         chance, clock = random.Random(seed), [100.0]
         rate, phase = chance.uniform(0.5, 2), chance.uniform(0, 6)
         size = np.array([0.6, -0.4])

@@ -142,8 +142,8 @@ class CameraMirror:
         return out
 
     def _pose(self, snapshot: Snapshot, name: str, now: Planar, place: Planar) -> Array:
-        """Of a body that is moved. One that leans on an edge, as after a bad grip, may not keep its tilt: the
-        place where the camera sees it may be a pocket."""
+        """The new pose of a body. One that leans on an edge, as after a bad grip, may not keep its tilt: the place
+        where the camera sees it may be a pocket."""
         body = snapshot.body(name)
         if _is_upright(body.pose):
             return self._moved(body.pose, now, place)
@@ -186,7 +186,7 @@ def _is_upright(X_WB: Array) -> bool:
 
 
 def _heights_m(snapshot: Snapshot, type_name: str) -> list[float]:
-    """Of the upright bodies of a type, in the world."""
+    """Heights of the upright bodies of a type, in the world."""
     bodies = snapshot.bodies.values()
     return [float(body.position_m[2]) for body in bodies if body.type == type_name and _is_upright(body.pose)]
 

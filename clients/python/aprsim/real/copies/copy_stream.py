@@ -43,7 +43,7 @@ class CopyStream:
         self._passed: deque[tuple[float, float]] = deque()  # wall times, and times of the stream while it moved
         self._refused = 0
         self.time_s = 0.0
-        """Of the stream, when the latest posture was taken."""
+        """Time of the stream when the latest posture was taken."""
 
     def _rests(self, here_rad: Array) -> None:
         self._at_s = 0.0  # of the last posture, as the time of the stream

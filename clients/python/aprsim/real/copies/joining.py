@@ -17,7 +17,7 @@ _LONGEST_S = 0.5  # over which the robot's acceleration is taken for constant
 
 @dataclass(frozen=True)
 class Motion:
-    """Of a robot at constant acceleration."""
+    """A robot's motion at constant acceleration."""
 
     position_rad: Array
     velocity_rad_s: Array

@@ -15,7 +15,7 @@ _INSIDE_RAD = 1e-6
 
 @dataclass(frozen=True)
 class JointBounds:
-    """Of each joint."""
+    """Ranges, speeds and accelerations of the joints."""
 
     lower_rad: Array
     upper_rad: Array
