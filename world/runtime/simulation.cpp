@@ -190,6 +190,7 @@ void Simulation::publish() {
 void Simulation::write_snapshot() {
   auto snapshot = slot_.acquire();
   core_.write(*snapshot);
+  scheduler_.follow(snapshot->cell, SteadyClock::now());
   scheduler_.write(*snapshot);
   slot_.publish(std::move(snapshot));
 }

@@ -73,6 +73,14 @@ void StepScheduler::apply(const api::SimulationCommand& command, WallTime now) {
   }
 }
 
+void StepScheduler::follow(const std::shared_ptr<const api::CellDescription>& cell, WallTime now) {
+  if (!clock_ || cell == cell_) return;
+  cell_ = cell;
+  std::vector<std::string> robots;
+  for (const api::RobotDescription& robot : cell->robots) robots.push_back(robot.name);
+  clock_->set_robots(robots, now);
+}
+
 void StepScheduler::stepped(WallTime now, std::chrono::nanoseconds cost) {
   pacer_.stepped(now, cost);
   if (clock_) clock_->stepped();

@@ -51,6 +51,9 @@ class StepScheduler {
   /// Adopts a command of the simulation that has succeeded: its speed, or the start of a new count.
   void apply(const api::SimulationCommand& command, WallTime now);
 
+  /// Lets virtual time follow the robots of the cell. Before its first snapshot is published.
+  void follow(const std::shared_ptr<const api::CellDescription>& cell, WallTime now);
+
   /// After each step, before its snapshot is published.
   void stepped(WallTime now, std::chrono::nanoseconds cost);
   /// The step's snapshot has been published. Whether time may go on at once.
@@ -66,8 +69,9 @@ class StepScheduler {
 
  private:
   Pacer pacer_;
-  const std::unique_ptr<VirtualClock> clock_;  ///< null = the wall clock alone
-  VirtualClock::Turn turn_;                    ///< not paced without a virtual clock
+  const std::unique_ptr<VirtualClock> clock_;         ///< null = the wall clock alone
+  VirtualClock::Turn turn_;                           ///< not paced without a virtual clock
+  std::shared_ptr<const api::CellDescription> cell_;  ///< whose robots the clock knows
 };
 
 }  // namespace aprsim::world

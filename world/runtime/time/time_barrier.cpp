@@ -23,10 +23,11 @@ bool TimeBarrier::is_registered(const std::string& role) const {
 }
 
 std::optional<api::PacerId> TimeBarrier::join(api::PacerRole role, WallTime now) {
-  const auto place = std::ranges::find_if(
-      places_, [&](const Place& p) { return p.taken_by == 0 && p.role == role.name; });
+  const auto place = std::ranges::find_if(places_, [&](const Place& p) {
+    return p.taken_by == 0 && !p.suspended && p.role == role.name;
+  });
   const bool client = role.kind == api::PacerKind::kClient;
-  if (client && !places_.empty() && place == places_.end()) return std::nullopt;
+  if (client && has_declared() && place == places_.end()) return std::nullopt;
   const api::PacerId id = ++last_id_;
   if (place != places_.end()) {
     place->taken_by = id;
@@ -83,14 +84,14 @@ bool TimeBarrier::paced() const {
 }
 
 TimeBarrier::Steps TimeBarrier::due() const {
-  if (!places_.empty() && !begun_) return 0;
+  if (has_declared() && !begun_) return 0;
   for (const Place& place : places_) {
-    if (place.taken_by == 0 && !place.given_up) return 0;
+    if (place.taken_by == 0 && !place.given_up && !place.suspended) return 0;
   }
   Steps until = kUntilCut;
   bool somebody = false;
   for (const Member& member : members_) {
-    if (member.absent) continue;
+    if (member.absent || !paces(member)) continue;
     if (!member.waiting) return 0;
     somebody = somebody || is_client(member);
     until = std::min(until, member.until);
@@ -124,17 +125,41 @@ std::vector<api::PacerId> TimeBarrier::release_clients(WallTime now) {
   return released;
 }
 
+void TimeBarrier::set_robots(const std::vector<std::string>& robots, WallTime now) {
+  for (Place& place : places_) {
+    const auto dot = place.role.find('.');
+    const bool lacks = dot != std::string::npos &&
+                       std::ranges::find(robots, place.role.substr(dot + 1)) == robots.end();
+    if (place.suspended && !lacks) {
+      place.given_up = false;
+      place.free_since = now;
+    }
+    place.suspended = lacks;
+  }
+  // A client that paced without a declared role may have one now.
+  for (Place& place : places_) {
+    if (place.suspended || place.taken_by != 0) continue;
+    const auto member = std::ranges::find_if(members_, [&](const Member& m) {
+      return is_client(m) && m.role.name == place.role && !paces(m);
+    });
+    if (member != members_.end()) place.taken_by = member->id;
+  }
+  begin_if_complete(now);
+  record_fallback();
+}
+
 void TimeBarrier::expire(WallTime now) {
-  const bool declared = !places_.empty();
+  const bool declared = has_declared();
   if (grace_.count() == 0 || (declared && (!begun_ || !client_waits()))) return;
   for (Member& member : members_) {
-    if (!is_client(member) || member.waiting || member.absent) continue;
+    if (!is_client(member) || member.waiting || member.absent || !paces(member)) continue;
     if (now - std::max(member.since, begun_.value_or(member.since)) < grace_) continue;
     member.absent = true;
     ++expired_;
   }
   for (Place& place : places_) {
-    if (place.taken_by != 0 || place.given_up || now - place.free_since < grace_) continue;
+    if (place.taken_by != 0 || place.given_up || place.suspended) continue;
+    if (now - place.free_since < grace_) continue;
     place.given_up = true;
     ++expired_;
   }
@@ -153,14 +178,19 @@ api::VirtualTimeState TimeBarrier::state(WallTime now) const {
   api::VirtualTimeState state;
   state.paced = paced();
   for (const Member& member : members_) {
-    if (!is_client(member) || member.absent) continue;
+    if (!is_client(member) || member.absent || !paces(member)) continue;
     state.pacers.push_back(member.role.name);
     if (!member.waiting && client_waits() && now - member.since >= kNoticeable) {
       state.awaited.push_back(member.role.name);
     }
   }
   for (const Place& place : places_) {
-    if (place.taken_by == 0 && !place.given_up) state.awaited.push_back(place.role);
+    if (place.taken_by == 0 && !place.given_up && !place.suspended) {
+      state.awaited.push_back(place.role);
+    }
+  }
+  if (!places_.empty() && !has_declared() && state.pacers.empty()) {
+    state.awaited.emplace_back("any client");
   }
   std::ranges::sort(state.pacers);
   std::ranges::sort(state.awaited);
@@ -174,6 +204,16 @@ TimeBarrier::Member* TimeBarrier::find(api::PacerId id) {
   return found == members_.end() ? nullptr : &*found;
 }
 
+bool TimeBarrier::has_declared() const {
+  return std::ranges::any_of(places_, [](const Place& place) { return !place.suspended; });
+}
+
+bool TimeBarrier::paces(const Member& member) const {
+  if (!is_client(member) || !has_declared()) return true;
+  return std::ranges::any_of(
+      places_, [&](const Place& place) { return !place.suspended && place.taken_by == member.id; });
+}
+
 bool TimeBarrier::feed_is_busy() const {
   return std::ranges::any_of(members_, [](const Member& member) {
     return member.role.kind == api::PacerKind::kFeed && !member.waiting;
@@ -181,18 +221,21 @@ bool TimeBarrier::feed_is_busy() const {
 }
 
 bool TimeBarrier::client_waits() const {
-  return std::ranges::any_of(
-      members_, [](const Member& m) { return is_client(m) && m.waiting && !m.finished; });
+  return std::ranges::any_of(members_, [this](const Member& m) {
+    return is_client(m) && m.waiting && !m.finished && paces(m);
+  });
 }
 
 bool TimeBarrier::client_thinks() const {
-  return std::ranges::any_of(
-      members_, [](const Member& m) { return is_client(m) && !m.waiting && !m.absent; });
+  return std::ranges::any_of(members_, [this](const Member& m) {
+    return is_client(m) && !m.waiting && !m.absent && paces(m);
+  });
 }
 
 void TimeBarrier::begin_if_complete(WallTime now) {
-  if (begun_ || places_.empty()) return;
-  if (std::ranges::all_of(places_, [](const Place& place) { return place.taken_by != 0; })) {
+  if (begun_ || !has_declared()) return;
+  if (std::ranges::all_of(
+          places_, [](const Place& place) { return place.taken_by != 0 || place.suspended; })) {
     begun_ = now;
   }
 }

@@ -19,6 +19,9 @@ namespace aprsim::world {
 /// With declared roles, time begins when all of them are present, and stops while one is absent. It
 /// never falls back to the wall clock. Without declared roles, every client that joins paces.
 ///
+/// Roles of robots that the present scene lacks are not waited for. While it has none of the
+/// declared ones, time waits for any clients, and every one that joins paces.
+///
 /// Members whose time has come in the same step are notified in order: feeds first, then clients by
 /// endpoint. Each client is notified when the one before it has made its next request, so messages
 /// between clients are ordered, too.
@@ -53,6 +56,8 @@ class TimeBarrier {
   /// Steps that may be taken now; 0 = time waits for a member. Only while paced().
   [[nodiscard]] Steps due() const;
   void step() { ++now_; }
+  /// The robots of the present scene, by which declared roles count or not.
+  void set_robots(const std::vector<std::string>& robots, WallTime now);
   /// Members whose time has come. Time waits for their next requests.
   [[nodiscard]] std::vector<api::PacerId> take_reached(WallTime now);
   /// All waiting clients: the cell is paused, and no client shall wait for it.
@@ -81,9 +86,15 @@ class TimeBarrier {
     api::PacerId taken_by = 0;  ///< 0 = nobody
     WallTime free_since{};
     bool given_up = false;
+    bool suspended = false;  ///< its robot is not in the present scene
   };
 
   [[nodiscard]] Member* find(api::PacerId id);
+  /// Whether the present scene has a declared role.
+  [[nodiscard]] bool has_declared() const;
+  /// Whether time waits for the member's requests: a client without one of the declared places
+  /// does not pace.
+  [[nodiscard]] bool paces(const Member& member) const;
   [[nodiscard]] bool feed_is_busy() const;
   [[nodiscard]] bool client_waits() const;
   [[nodiscard]] bool client_thinks() const;

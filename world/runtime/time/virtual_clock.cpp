@@ -87,6 +87,12 @@ VirtualClock::Turn VirtualClock::turn(WallTime now) {
   return turn;
 }
 
+void VirtualClock::set_robots(const std::vector<std::string>& robots, WallTime now) {
+  const std::lock_guard lock(mutex_);
+  barrier_.set_robots(robots, now);
+  state_.reset();
+}
+
 std::vector<api::EndpointId> VirtualClock::endpoints() const {
   const std::lock_guard lock(mutex_);
   return barrier_.endpoints();

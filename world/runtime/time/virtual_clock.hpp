@@ -43,6 +43,8 @@ class VirtualClock final : public api::VirtualTime {
     api::VirtualTimeStatePtr state;
   };
   [[nodiscard]] Turn turn(WallTime now);
+  /// The robots of the cell, before its first snapshot is published.
+  void set_robots(const std::vector<std::string>& robots, WallTime now);
   /// Endpoints whose commands wait until time goes on, in no order.
   [[nodiscard]] std::vector<api::EndpointId> endpoints() const;
   /// One step has been taken, and its snapshot is about to be published: a request made on seeing

@@ -245,5 +245,71 @@ TEST(TimeBarrier, NobodyWaitsForAPausedCell) {
   EXPECT_EQ(barrier.now(), 0U);
 }
 
+TEST(TimeBarrier, RolesOfRobotsThatHaveLeftAreNotWaitedFor) {
+  TimeBarrier barrier({.declared = {"crcl.fanuc", "crcl.motoman", "modbus"}});
+  const auto fanuc = join(barrier, "crcl.fanuc"), motoman = join(barrier, "crcl.motoman");
+  const auto belt = join(barrier, "modbus");
+  for (const auto id : {fanuc, motoman, belt}) barrier.request_until(id, 25);
+  EXPECT_EQ(barrier.due(), 25U);
+  barrier.set_robots({"motoman"}, kBegin);
+  // Its connection has not closed yet, and no longer counts.
+  EXPECT_EQ(barrier.state(kBegin).pacers, (Names{"crcl.motoman", "modbus"}));
+  barrier.leave(fanuc, kBegin);
+  EXPECT_EQ(barrier.due(), 25U);
+  EXPECT_TRUE(barrier.state(kBegin).awaited.empty());
+  // The robot is back, and time waits for its client.
+  barrier.set_robots({"fanuc", "motoman"}, kBegin);
+  EXPECT_EQ(barrier.due(), 0U);
+  EXPECT_EQ(barrier.state(kBegin).awaited, Names{"crcl.fanuc"});
+  const auto again = join(barrier, "crcl.fanuc");
+  barrier.request_until(again, 10);
+  EXPECT_EQ(barrier.due(), 10U);
+  EXPECT_EQ(barrier.state(kBegin).fallbacks, 0U);
+}
+
+TEST(TimeBarrier, AnyClientPacesWhileNoDeclaredRobotIsThere) {
+  TimeBarrier barrier({.declared = {"crcl.fanuc"}});
+  const auto fanuc = join(barrier, "crcl.fanuc");
+  barrier.request_until(fanuc, 5);
+  EXPECT_EQ(take_due(barrier), Ids{fanuc});
+  barrier.set_robots({"ur5e", "scara"}, kBegin);
+  barrier.leave(fanuc, kBegin);
+  EXPECT_TRUE(barrier.paced()) << "time does not fall back to the wall clock";
+  EXPECT_EQ(barrier.due(), 0U);
+  EXPECT_EQ(barrier.state(kBegin).awaited, Names{"any client"});
+  const auto scara = join(barrier, "crcl.scara", kBegin, api::PacerKind::kClient, 17);
+  EXPECT_TRUE(barrier.state(kBegin).awaited.empty());
+  barrier.request_until(scara, 25);
+  EXPECT_EQ(barrier.due(), 25U);
+  EXPECT_EQ(take_due(barrier), Ids{scara});
+  // A client that joined then does not pace beside the declared ones.
+  barrier.set_robots({"fanuc", "scara"}, kBegin);
+  EXPECT_EQ(barrier.due(), 0U);
+  EXPECT_EQ(barrier.state(kBegin).awaited, Names{"crcl.fanuc"});
+  const auto again = join(barrier, "crcl.fanuc");
+  barrier.request_until(again, 3);
+  EXPECT_EQ(barrier.due(), 3U);
+  EXPECT_EQ(barrier.state(kBegin).pacers, Names{"crcl.fanuc"});
+  EXPECT_EQ(barrier.state(kBegin).fallbacks, 0U);
+}
+
+TEST(TimeBarrier, AClientThatPacedWithoutARoleTakesItsPlace) {
+  TimeBarrier barrier({.declared = {"crcl.fanuc", "crcl.scara"}});
+  barrier.set_robots({"ur5e"}, kBegin);
+  const auto first = join(barrier, "crcl.ur5e");
+  barrier.set_robots({"scara", "ur5e"}, kBegin);
+  EXPECT_FALSE(barrier.join(role_of("crcl.ur5e"), kBegin));
+  const auto scara = join(barrier, "crcl.scara");
+  barrier.request_until(scara, 25);
+  EXPECT_EQ(take_due(barrier), Ids{scara}) << "the first one does not pace";
+  barrier.leave(first, kBegin);
+  barrier.set_robots({"ur5e"}, kBegin);
+  const auto other = join(barrier, "crcl.fanuc", kBegin, api::PacerKind::kClient, 18);
+  barrier.set_robots({"fanuc"}, kBegin);
+  barrier.request_until(other, 4);
+  EXPECT_EQ(barrier.due(), 4U);
+  EXPECT_EQ(barrier.state(kBegin).pacers, Names{"crcl.fanuc"});
+}
+
 }  // namespace
 }  // namespace aprsim::world
