@@ -1,6 +1,7 @@
 #include "world/robot/kinematics/branched_ik.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -14,6 +15,7 @@ constexpr double kLimitTolerance = 1e-10;  ///< rounding at a limit; the angle i
 constexpr double kSameSolution = 1e-12;
 constexpr int kElbowCandidates = 72;   ///< of the search round the circle
 constexpr int kRefinements = 16;       ///< steps of the pattern search round the best candidate
+constexpr int kNarrowings = 24;        ///< of the search for the least violation of limits
 constexpr double kLimitWeight = 0.25;  ///< of closeness to limits against distance to the seed
 
 double degrees(double rad) { return rad * 180 / std::numbers::pi; }
@@ -210,6 +212,42 @@ double BranchedIk::posture_cost(const Choice& choice) const {
   return choice.cost + kLimitWeight * crowding;
 }
 
+/// Of a posture outside limits, or of none: to rank elbow angles without a solution.
+double BranchedIk::shortfall(const Choice& choice) {
+  if (choice.found) return 0;
+  if (choice.joint >= 0) return choice.violation_rad;
+  // Out of reach is worse than any angle.
+  return kTurn + std::abs(choice.excess_m) + std::abs(choice.tilt_rad);
+}
+
+/// Golden section within `half` of `middle`; ends at the first angle with a solution.
+BranchedIk::Choice BranchedIk::least_violation(const Eigen::Isometry3d& X_BF,
+                                               const JointVector& seed, double middle, double half,
+                                               double& elbow) const {
+  constexpr double kSection = 0.6180339887498949;
+  double low = middle - half, high = middle + half;
+  double inner[2] = {high - kSection * (high - low), low + kSection * (high - low)};
+  Choice at[2] = {choose(X_BF, seed, inner[0]), choose(X_BF, seed, inner[1])};
+  for (int i = 0; i < kNarrowings && !at[0].found && !at[1].found; ++i) {
+    if (shortfall(at[0]) <= shortfall(at[1])) {
+      high = inner[1];
+      inner[1] = inner[0];
+      at[1] = at[0];
+      inner[0] = high - kSection * (high - low);
+      at[0] = choose(X_BF, seed, inner[0]);
+    } else {
+      low = inner[0];
+      inner[0] = inner[1];
+      at[0] = at[1];
+      inner[1] = low + kSection * (high - low);
+      at[1] = choose(X_BF, seed, inner[1]);
+    }
+  }
+  const int best = at[0].found || shortfall(at[0]) <= shortfall(at[1]) ? 0 : 1;
+  elbow = inner[best];
+  return at[best];
+}
+
 Result<double> BranchedIk::choose_elbow(const Eigen::Isometry3d& X_BF,
                                         const JointVector& seed) const {
   if (dof() > 6) return search_elbow(X_BF, seed);
@@ -226,18 +264,34 @@ Result<double> BranchedIk::search_elbow(const Eigen::Isometry3d& X_BF,
   double best_elbow = start, best_cost = 0;
   bool found = false;
   Choice least_bad;
-  for (int i = 0; i < kElbowCandidates; ++i) {
-    const double elbow = start + i * kSpacing;
-    const Choice choice = choose(X_BF, seed, elbow);
+  std::array<double, kElbowCandidates> lacking{};
+  const auto consider = [&](const Choice& choice, double elbow) {
     if (!choice.found) {
-      if (i == 0 || choice.violation_rad < least_bad.violation_rad) least_bad = choice;
-      continue;
+      if (shortfall(choice) < shortfall(least_bad)) least_bad = choice;
+      return;
     }
     const double cost = posture_cost(choice);
-    if (found && cost >= best_cost) continue;
+    if (found && cost >= best_cost) return;
     found = true;
     best_elbow = elbow;
     best_cost = cost;
+  };
+  for (int i = 0; i < kElbowCandidates; ++i) {
+    const double elbow = start + i * kSpacing;
+    const Choice choice = choose(X_BF, seed, elbow);
+    if (i == 0) least_bad = choice;
+    lacking[static_cast<std::size_t>(i)] = shortfall(choice);
+    consider(choice, elbow);
+  }
+  // The angles within limits may be a range narrower than the scan's spacing, about a minimum.
+  for (int i = 0; i < kElbowCandidates && !found; ++i) {
+    const auto at = [&](int k) {
+      return lacking[static_cast<std::size_t>((k + kElbowCandidates) % kElbowCandidates)];
+    };
+    if (at(i) > at(i - 1) || at(i) > at(i + 1)) continue;
+    double elbow = 0;
+    const Choice choice = least_violation(X_BF, seed, start + i * kSpacing, kSpacing, elbow);
+    consider(choice, elbow);
   }
   if (!found) return tl::unexpected(refusal(least_bad));
 

@@ -59,7 +59,8 @@ class BranchedIk : public InverseKinematics {
                               double elbow_rad) const;
   [[nodiscard]] Error refusal(const Choice& failed) const;
   /// choose_elbow() of a redundant arm: a scan of the circle from the seed's own elbow angle, and a
-  /// refinement of the best angle.
+  /// refinement of the best angle. Where no angle of the scan is within limits, searches between
+  /// them for narrower ranges that are.
   [[nodiscard]] Result<double> search_elbow(const Eigen::Isometry3d& X_BF,
                                             const JointVector& seed) const;
   [[nodiscard]] int dof() const { return static_cast<int>(ranges_.size()); }
@@ -76,6 +77,9 @@ class BranchedIk : public InverseKinematics {
   [[nodiscard]] double fit(int joint, double angle, double seed) const;
   [[nodiscard]] double violation(int joint, double q) const;
   [[nodiscard]] double posture_cost(const Choice& choice) const;
+  [[nodiscard]] static double shortfall(const Choice& choice);
+  [[nodiscard]] Choice least_violation(const Eigen::Isometry3d& X_BF, const JointVector& seed,
+                                       double middle, double half, double& elbow) const;
   void add_turns(const JointVector& base, std::vector<IkSolution>& out) const;
 
   std::vector<Range> ranges_;

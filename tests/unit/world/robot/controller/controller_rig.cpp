@@ -1,6 +1,7 @@
 #include "tests/unit/world/robot/controller/controller_rig.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
@@ -9,37 +10,71 @@
 
 namespace aprsim::robot {
 
-ControllerSetup rig_setup(const std::string& arm) {
-  const bool fanuc = arm == "fanuc";
-  const std::string file = fanuc ? "fanuc_lrmate200id" : "motoman_sia20";
-  auto model = load_arm_model(std::string(APRSIM_SOURCE_DIR) + "/world/models/" + file + ".urdf");
-  if (!model) throw std::runtime_error(model.error().message);
-  auto ik = make_inverse_kinematics(*model);
-  if (!ik) throw std::runtime_error(ik.error().message);
-  ControllerSetup setup;
-  setup.q_home = JointVector::Zero(model->dof());
-  if (fanuc) {
-    setup.q_home(4) = radians(-90);
+namespace {
+
+/// Figures of world/scenes/types/robots.yaml and arms.yaml, as far as motions depend on them.
+struct RigArm {
+  const char* name;
+  const char* model;
+  std::vector<double> home;  ///< [deg, mm]
+  std::array<double, 4> tool_limits;
+};
+
+const std::array kRigArms{
+    RigArm{"fanuc", "fanuc_lrmate200id", {0, 0, 0, 0, -90, 0}, {1.5, 5, 6, 30}},
+    RigArm{"motoman", "motoman_sia20", {0, 0, 0, -90, 0, -90, 0}, {1.5, 5, 6, 30}},
+    RigArm{"ur5e", "ur5e", {0, -90, 90, -90, -90, 0}, {1, 2.5, 3.1, 15}},
+    RigArm{"irb120", "irb120", {0, 0, 0, 0, 90, 0}, {2, 5, 5, 25}},
+    RigArm{"panda", "panda", {0, -45, 0, -135, 0, 90, 45}, {1.7, 5, 2.5, 12}},
+    RigArm{"scara", "scara600", {-45, 90, -50, -45}, {2, 8, 8, 40}},
+};
+
+/// Tool and payload of a robot's gripper.
+void equip(ControllerSetup& setup, const std::string& arm) {
+  if (arm == "motoman") {
+    setup.X_FT.translation() = Eigen::Vector3d(0, 0, 0.30187);
+    setup.payload = {4.24, {0, 0.02, 0.15}, Eigen::Vector3d(0.028, 0.028, 0.014).asDiagonal()};
+  } else if (arm == "fanuc") {
     // Tool z along flange x.
     setup.X_FT.linear() =
         Eigen::AngleAxisd(radians(90), Eigen::Vector3d::UnitY()).toRotationMatrix();
     setup.X_FT.translation() = Eigen::Vector3d(0.194, 0, 0);
     setup.payload = {1.3, {0.09, 0, 0}, Eigen::Vector3d(1e-3, 2.2e-3, 2.2e-3).asDiagonal()};
   } else {
-    setup.q_home(3) = radians(-90);
-    setup.q_home(5) = radians(-90);
-    setup.X_FT.translation() = Eigen::Vector3d(0, 0, 0.30187);
-    setup.payload = {4.24, {0, 0.02, 0.15}, Eigen::Vector3d(0.028, 0.028, 0.014).asDiagonal()};
+    setup.X_FT.translation() = Eigen::Vector3d(0, 0, 0.194);
+    setup.payload = {1, {0, 0, 0.09}, Eigen::Vector3d(2e-3, 2e-3, 1e-3).asDiagonal()};
   }
+}
+
+}  // namespace
+
+ControllerSetup rig_setup(const std::string& arm) {
+  const auto entry =
+      std::ranges::find_if(kRigArms, [&](const RigArm& known) { return arm == known.name; });
+  if (entry == kRigArms.end()) throw std::runtime_error("no arm " + arm);
+  auto model =
+      load_arm_model(std::string(APRSIM_SOURCE_DIR) + "/world/models/" + entry->model + ".urdf");
+  if (!model) throw std::runtime_error(model.error().message);
+  auto ik = make_inverse_kinematics(*model);
+  if (!ik) throw std::runtime_error(ik.error().message);
+  ControllerSetup setup;
+  setup.q_home.resize(model->dof());
+  for (int i = 0; i < model->dof(); ++i) {
+    const double home = entry->home[static_cast<std::size_t>(i)];
+    setup.q_home(i) =
+        model->joints[static_cast<std::size_t>(i)].prismatic ? home / 1000 : radians(home);
+  }
+  equip(setup, arm);
   // The reference frame differs from the base, so that a confusion of the two would show.
   setup.X_BR = Eigen::Translation3d(0.1, -0.2, 0.3) *
                Eigen::AngleAxisd(radians(30), Eigen::Vector3d::UnitZ());
   setup.model = std::move(*model);
   setup.ik = std::move(*ik);
-  setup.max_trans_speed_m_s = 1.5;
-  setup.max_trans_accel_m_s2 = 5;
-  setup.max_rot_speed_rad_s = 6;
-  setup.max_rot_accel_rad_s2 = 30;
+  const auto& [trans_speed, trans_accel, rot_speed, rot_accel] = entry->tool_limits;
+  setup.max_trans_speed_m_s = trans_speed;
+  setup.max_trans_accel_m_s2 = trans_accel;
+  setup.max_rot_speed_rad_s = rot_speed;
+  setup.max_rot_accel_rad_s2 = rot_accel;
   return setup;
 }
 

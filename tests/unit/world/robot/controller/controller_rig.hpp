@@ -14,7 +14,7 @@ namespace aprsim::robot {
 /// A controller of one of the shipped arms, stepped by hand, with everything it gave recorded.
 class ControllerRig {
  public:
-  /// `arm`: "fanuc" or "motoman".
+  /// `arm`: "fanuc", "motoman", "ur5e", "irb120", "panda" or "scara".
   explicit ControllerRig(const std::string& arm);
   explicit ControllerRig(ControllerSetup setup);
 

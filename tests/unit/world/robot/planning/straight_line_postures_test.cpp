@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/case_count.hpp"
 #include "tests/unit/world/robot/controller/controller_rig.hpp"
 #include "world/robot/kinematics/pose_projection.hpp"
 #include "world/robot/planning/motion_planner.hpp"
@@ -239,7 +240,8 @@ TEST(StraightLinePostures, TheSevenAxisArmPassesAlignedWrists) {
 }
 
 class AnyLine : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(Arms, AnyLine, testing::Values("fanuc", "motoman"),
+INSTANTIATE_TEST_SUITE_P(Arms, AnyLine,
+                         testing::Values("fanuc", "motoman", "ur5e", "irb120", "panda", "scara"),
                          [](const auto& arm) { return std::string(arm.param); });
 
 /// Random postures, many of them with axes nearly in line: what sampled postures can do is planned.
@@ -248,22 +250,27 @@ TEST_P(AnyLine, ThatSampledPosturesCanDoIsPlannedAndKept) {
   const bool redundant = arm.model().dof() > 6;
   std::mt19937 engine(1);
   std::uniform_real_distribution<double> unit(-1, 1);
+  const bool scara = arm.model().dof() == 4;
+  const bool of_the_cell =
+      GetParam() == std::string("fanuc") || GetParam() == std::string("motoman");
+  const int lines = of_the_cell ? kLines : aprsim::test::case_count(kLines);
   int planned = 0;
-  for (int n = 0; n < kLines; ++n) {
+  for (int n = 0; n < lines; ++n) {
     JointVector q = arm.random_posture(engine, 0.05);
     // Axes of wrist and shoulder in line, or nearly.
     // Six axes have no freedom: closer to aligned than the samples are dense says nothing.
     constexpr std::array kOff{0.0, 1e-9, 1e-6, 1e-3, 0.02}, kSixAxes{0.0, 0.0, 1e-3, 5e-3, 0.02};
     const double off = (redundant ? kOff : kSixAxes)[static_cast<std::size_t>(n) % kOff.size()];
-    if (n % 3 == 0) q(redundant ? 5 : 4) = off;
+    if (n % 3 == 0 && !scara) q(redundant ? 5 : 4) = off;
     if (n % 4 == 0 && redundant) q(1) = off;
     // The arm as a whole is to be away from singular postures.
     if (redundant && dexterity(arm.model(), q) < kLeastDexterity) continue;
     const Eigen::Isometry3d from = arm.tool(q);
     const double size = n % 2 == 0 ? 0.05 : n % 5 == 0 ? 0.15 : 0.002;
-    const Eigen::Isometry3d to =
-        shifted(from, size * Eigen::Vector3d(unit(engine), unit(engine), unit(engine)),
-                4 * size * Eigen::Vector3d(unit(engine), unit(engine), unit(engine)));
+    Eigen::Vector3d turn = 4 * size * Eigen::Vector3d(unit(engine), unit(engine), unit(engine));
+    const Eigen::Vector3d way = size * Eigen::Vector3d(unit(engine), unit(engine), unit(engine));
+    if (scara) turn.head<2>().setZero();
+    const Eigen::Isometry3d to = shifted(from, way, turn);
     const LineRun run = arm.run(q, to);
     const std::string what = text_of(q, from, to);
     if (run.planned) {
@@ -273,7 +280,7 @@ TEST_P(AnyLine, ThatSampledPosturesCanDoIsPlannedAndKept) {
       EXPECT_FALSE(arm.way_exists(q, to, 0.01)) << n << " " << what << ": " << run.reason;
     }
   }
-  EXPECT_GE(planned, kLines * 6 / 10);
+  EXPECT_GE(planned, lines * 6 / 10);
 }
 
 }  // namespace
