@@ -200,7 +200,8 @@ class Daemon::Impl {
         telemetry_(grpc_options(config), simulation_, simulation_),
         programs_(config, demo, security_.program_token),
         drafts_(scene),
-        scenarios_(scene) {
+        scenarios_([this] { return simulation_.scene(); }),
+        offered_scene_(scene) {
     crcl_tap_.audit_to(security_.audit.get());
     modbus_tap_.audit_to(security_.audit.get());
     if (config.web.enabled) make_web(config, *scene);
@@ -335,6 +336,18 @@ class Daemon::Impl {
     followed_ = cell;
   }
 
+  /// Offers the programs of the present scene. Thread: the cell log's.
+  void follow_programs() {
+    const auto scene = simulation_.scene();
+    if (scene == offered_scene_) return;
+    const bool other = scene->file != offered_scene_->file;
+    offered_scene_ = scene;
+    if (!other) return;
+    auto programs = programs_.programs_of(scene->file);
+    const std::lock_guard lock(follow_mutex_);
+    if (!stopping_) programs_.offer(std::move(programs));
+  }
+
   /// Thread: any.
   [[nodiscard]] bool follows(const api::CellDescription& cell) const {
     const std::lock_guard lock(follow_mutex_);
@@ -389,6 +402,7 @@ class Daemon::Impl {
     for (unsigned turn = 0;; ++turn) {
       const bool ended = stop.stop_requested();
       follow_scene();
+      follow_programs();
       if (turn % kFollowsPerLog == 0 || ended) {
         memory.check(MemoryGuard::Clock::now());
         for (const CellLogLine& line : cell_log.detect(*simulation_.latest())) {
@@ -518,6 +532,7 @@ class Daemon::Impl {
     options.scenarios = &scenarios_;
     options.listeners = [this] { return listeners(); };
     options.metrics = [this] { return metrics_text(metrics_sources()); };
+    options.problem = [this] { return robots_.problem(); };
     web_ = std::make_unique<web::WebServer>(std::move(options), simulation_, simulation_);
   }
 
@@ -525,7 +540,7 @@ class Daemon::Impl {
   [[nodiscard]] MetricsSources metrics_sources() const {
     MetricsSources sources;
     sources.snapshot = simulation_.latest();
-    sources.ready = simulation_.problem().empty();
+    sources.ready = problem().empty();
     sources.step_times = simulation_.step_times().counts();
     sources.solver = simulation_.solver_work();
     sources.waiting_commands = simulation_.waiting_commands();
@@ -648,6 +663,7 @@ class Daemon::Impl {
   CellPrograms programs_;
   DraftBuilder drafts_;
   ScenarioChecker scenarios_;
+  std::shared_ptr<const scene::Scene> offered_scene_;  // whose programs pages may start
   std::unique_ptr<web::WebServer> web_;
   mutable std::mutex follow_mutex_;  // of what follows
   bool stopping_ = false;

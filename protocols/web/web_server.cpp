@@ -137,7 +137,8 @@ class WebServer::Impl {
     context_.counts = rejected_.counts = &counts_;
     context_.live["/healthz"] = [] { return LivePage{.body = "ok\n"}; };
     context_.live["/readyz"] = [this] {
-      const std::string problem = source_.problem();
+      std::string problem = source_.problem();
+      if (problem.empty()) problem = options_.problem();
       return problem.empty() ? LivePage{.body = "ready\n"}
                              : LivePage{.status = 503, .body = problem + "\n"};
     };

@@ -17,7 +17,7 @@ namespace aprsim::web {
 /// Accepts WebSockets from its own page only. GET /incident?last=SECONDS returns the last part of
 /// the run as a journal file. For operators:
 /// /metrics; /healthz, 200 while this thread answers; /readyz, 503 with the reason while the
-/// simulation has a problem(). One thread.
+/// simulation or another part has a problem(). One thread.
 class WebServer {
  public:
   /// Keeps references to both; they must outlive the server.

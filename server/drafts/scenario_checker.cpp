@@ -17,6 +17,10 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kSeed = 1;  // of the run that a check draws
 
+std::string file_of(const scene::Scene& scene) {
+  return fs::absolute(scene.file).lexically_normal().string();
+}
+
 bool same_file(const std::string& one, const std::string& other) {
   std::error_code status;
   return fs::equivalent(one, other, status);
@@ -37,23 +41,32 @@ std::string run_refusal(const scenario::Scenario& scenario, const std::string& s
 
 }  // namespace
 
-ScenarioChecker::ScenarioChecker(const std::shared_ptr<const scene::Scene>& scene)
-    : scene_file_(fs::absolute(scene->file).lexically_normal().string()) {}
+ScenarioChecker::ScenarioChecker(std::function<std::shared_ptr<const scene::Scene>()> scene)
+    : scene_(std::move(scene)), first_file_(file_of(*scene_())) {}
+
+std::string ScenarioChecker::scene_file() const { return file_of(*scene_()); }
+
+std::string ScenarioChecker::named_file() const {
+  std::string file = scene_file();
+  std::error_code status;
+  return fs::exists(file, status) ? file : first_file_;
+}
 
 Result<web::ScenarioSource> ScenarioChecker::find(const std::string& name) {
   const auto paths = scene::default_data_paths();
   web::ScenarioSource out;
   out.names = scene::names_in(paths.scenarios);
-  const std::string stem = fs::path(scene_file_).stem().string();
-  const bool shipped = same_file(paths.scenes + "/" + stem + ".yaml", scene_file_);
-  out.scene = shipped ? stem : scene_file_;
+  const std::string file = named_file();
+  const std::string stem = fs::path(file).stem().string();
+  const bool shipped = same_file(paths.scenes + "/" + stem + ".yaml", file);
+  out.scene = shipped ? stem : file;
   if (name.empty()) return out;
   if (!scene::is_plain_name(name) || name.ends_with(".yaml") || name.ends_with(".yml")) {
     return fail(ErrorCode::kNotFound, "name", "\"" + name + "\" is not a shipped scenario");
   }
-  const auto file = scenario::find_scenario(name, paths);
-  if (!file) return tl::unexpected(file.error());
-  auto text = yaml::read_text(*file);
+  const auto found = scenario::find_scenario(name, paths);
+  if (!found) return tl::unexpected(found.error());
+  auto text = yaml::read_text(*found);
   if (!text) return tl::unexpected(std::move(text.error()));
   out.text = *std::move(text);
   return out;
@@ -76,14 +89,14 @@ void ScenarioChecker::check(std::string text, Answer answer) {
 web::ScenarioCheck ScenarioChecker::examine(const std::string& text) const {
   const auto paths = scene::default_data_paths();
   web::ScenarioCheck out;
-  auto [errors, scenario] = scenario::examine_sent_scenario(text, {scene_file_}, paths);
+  auto [errors, scenario] = scenario::examine_sent_scenario(text, {named_file()}, paths);
   out.problems = std::move(errors);
   if (!scenario) return out;
   if (auto drawn = scenario::plan(*scenario, kSeed, paths); !drawn) {
     out.problems.push_back(std::move(drawn.error()));
     return out;
   }
-  out.run_refusal = run_refusal(*scenario, scene_file_);
+  out.run_refusal = run_refusal(*scenario, scene_file());
   for (const scenario::Order& order : scenario->orders) out.kits += order.count;
   out.faults = scenario->faults.size();
   out.time_limit_s = scenario->stop.time_limit_s;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -12,8 +13,8 @@ namespace aprsim::server {
 /// Checks scenarios that pages edit, on a thread of its own with a low priority.
 class ScenarioChecker final : public web::ScenarioDrafts {
  public:
-  /// `scene` is the one that the daemon was started with.
-  explicit ScenarioChecker(const std::shared_ptr<const scene::Scene>& scene);
+  /// `scene`: the present one, of a text its file does not exist. Thread: any.
+  explicit ScenarioChecker(std::function<std::shared_ptr<const scene::Scene>()> scene);
   ~ScenarioChecker() override = default;
   ScenarioChecker(const ScenarioChecker&) = delete;
   ScenarioChecker& operator=(const ScenarioChecker&) = delete;
@@ -25,9 +26,14 @@ class ScenarioChecker final : public web::ScenarioDrafts {
 
  private:
   [[nodiscard]] web::ScenarioCheck examine(const std::string& text) const;
+  /// Absolute.
+  [[nodiscard]] std::string scene_file() const;
+  /// The same, or that of the first scene: one that came as a text has no file to be named.
+  [[nodiscard]] std::string named_file() const;
 
-  std::string scene_file_;  ///< absolute
-  DraftThread thread_;      // last: it uses all of the above
+  const std::function<std::shared_ptr<const scene::Scene>()> scene_;
+  const std::string first_file_;  ///< of the scene at the start, absolute
+  DraftThread thread_;            // last: it uses all of the above
 };
 
 }  // namespace aprsim::server

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include <boost/asio/io_context.hpp>
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include "protocols/net/tcp_listener.hpp"
@@ -227,8 +228,18 @@ Result<void> RobotListeners::check(const scene::Scene& next) const {
   // All stay bound until the last one is, since two may want the same port.
   boost::asio::io_context io;
   std::vector<std::unique_ptr<protocols::TcpListener>> probes;
+  std::map<std::pair<std::string, std::uint16_t>, std::string> to_be_freed;
   for (const Wanted& listener : opening) {
-    if (closing.contains(listener.options.port)) continue;
+    if (closing.contains(listener.options.port)) {
+      const auto [other, is_first] = to_be_freed.emplace(
+          std::pair(listener.options.address, listener.options.port), listener.name);
+      if (is_first) continue;
+      return cannot_listen(
+          listener.name,
+          {ErrorCode::kUnavailable, "port",
+           fmt::format("cannot listen on {} port {}: {} listens there", listener.options.address,
+                       listener.options.port, other->second)});
+    }
     probes.push_back(std::make_unique<protocols::TcpListener>(
         io, listener.name, listener.options,
         [](protocols::TcpListener::Socket, const std::string&, protocols::TcpListener::Slot) {}));

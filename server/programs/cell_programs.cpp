@@ -59,9 +59,10 @@ CellPrograms::CellPrograms(const Config& config, bool demo, std::string token) :
   directory_ = make_directory();
   if (directory_.empty()) return;
   ProgramsOptions options;
-  if (const auto host = host_of(config)) {
-    options.programs = known_programs(config.scene, *host, ports_path());
-    options.scenario_command = scenario_command(*host, ports_path());
+  host_ = host_of(config);
+  if (host_) {
+    options.programs = programs_of(config.scene);
+    options.scenario_command = scenario_command(*host_, ports_path());
     options.directory = directory_;
   } else {
     options.refusal = "Listeners have different addresses, and programs know one.";
@@ -99,6 +100,15 @@ void CellPrograms::update(const Ports& ports) {
   if (auto written = ports_file_->write(ports_path(), ports); !written) {
     spdlog::error("programs: {}", written.error().message);
   }
+}
+
+std::vector<Program> CellPrograms::programs_of(const std::string& scene) const {
+  if (!host_) return {};
+  return known_programs(scene, *host_, ports_path());
+}
+
+void CellPrograms::offer(std::vector<Program> programs) {
+  if (programs_ && host_) programs_->offer(std::move(programs));
 }
 
 void CellPrograms::close() {

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "server/config/config.hpp"
 #include "server/operations/ports_file.hpp"
@@ -24,6 +26,10 @@ class CellPrograms {
   [[nodiscard]] Result<void> begin(const Ports& ports);
   /// Writes the ports again where they have changed: another scene has other robots. Thread: one.
   void update(const Ports& ports);
+  /// The programs for a cell with this scene (name or file); reads files. Thread: any.
+  [[nodiscard]] std::vector<Program> programs_of(const std::string& scene) const;
+  /// Offers them from now on. Thread: one.
+  void offer(std::vector<Program> programs);
   /// Terminates the running program and accepts no more; does not wait.
   void close();
   /// Waits about a second for the end of the running program.
@@ -36,7 +42,8 @@ class CellPrograms {
   [[nodiscard]] std::string ports_path() const { return directory_ + "/ports.json"; }
 
   bool demo_;
-  std::string directory_;  ///< of the ports file; empty = none
+  std::string directory_;            ///< of the ports file; empty = none
+  std::optional<std::string> host_;  ///< of all listeners; none = programs cannot be started
   std::unique_ptr<PortsFile> ports_file_;
   Ports written_;  ///< to it
   std::unique_ptr<Programs> programs_;

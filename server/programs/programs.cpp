@@ -50,14 +50,9 @@ struct Programs::Child {
   bool killed = false;
 };
 
-Programs::Programs(ProgramsOptions options) : options_(std::move(options)) {
-  web::ProgramStatus none;
-  for (const Program& program : options_.programs) none.offers.push_back(program.offer);
-  none.refusal = options_.refusal;
-  if (none.offers.empty() && none.refusal.empty()) {
-    none.refusal = "No program is known for this scene.";
-  }
-  publish(none);
+Programs::Programs(ProgramsOptions options)
+    : options_(std::move(options)), programs_(options_.programs) {
+  publish({});
   thread_ = std::jthread([this] { run(); });
 }
 
@@ -71,10 +66,29 @@ void Programs::close() {
   changed_.notify_all();
 }
 
+void Programs::offer(std::vector<Program> programs) {
+  const std::lock_guard lock(mutex_);
+  programs_ = std::move(programs);
+  auto next = std::make_shared<web::ProgramStatus>(*status_);
+  write_offers(*next);
+  status_ = std::move(next);
+}
+
+/// Call it with the mutex locked.
+void Programs::write_offers(web::ProgramStatus& status) const {
+  status.offers.clear();
+  for (const Program& program : programs_) status.offers.push_back(program.offer);
+  status.refusal = options_.refusal;
+  if (status.offers.empty() && status.refusal.empty()) {
+    status.refusal = "No program is known for this scene.";
+  }
+}
+
+/// Call it with the mutex locked.
 const Program* Programs::find(const std::string& name) const {
-  const auto found = std::ranges::find(options_.programs, name,
-                                       [](const Program& program) { return program.offer.name; });
-  return found == options_.programs.end() ? nullptr : &*found;
+  const auto found =
+      std::ranges::find(programs_, name, [](const Program& program) { return program.offer.name; });
+  return found == programs_.end() ? nullptr : &*found;
 }
 
 Result<void> Programs::start(const std::string& name, std::optional<std::uint64_t> seed) {
@@ -85,6 +99,7 @@ Result<void> Programs::start(const std::string& name, std::optional<std::uint64_
 }
 
 Result<void> Programs::launch(const std::string& name, std::optional<std::uint64_t> seed) {
+  const std::lock_guard lock(mutex_);
   const Program* program = find(name);
   if (program == nullptr) {
     return fail(
@@ -98,7 +113,6 @@ Result<void> Programs::launch(const std::string& name, std::optional<std::uint64
   if (seed) {
     start.command.insert(start.command.end(), {program->seed_option, std::to_string(*seed)});
   }
-  const std::lock_guard lock(mutex_);
   if (auto ready = check_free(); !ready) return ready;
   begin(name, std::move(start));
   return {};
@@ -161,10 +175,10 @@ std::shared_ptr<const web::ProgramStatus> Programs::status() const {
   return status_;
 }
 
-void Programs::publish(const web::ProgramStatus& status) {
-  auto next = std::make_shared<const web::ProgramStatus>(status);
+void Programs::publish(web::ProgramStatus status) {
   const std::lock_guard lock(mutex_);
-  status_ = std::move(next);
+  write_offers(status);
+  status_ = std::make_shared<const web::ProgramStatus>(std::move(status));
 }
 
 void Programs::run() {
@@ -196,9 +210,9 @@ void Programs::run() {
     } else {
       spdlog::info("programs: {}: {}", status.name, status.end_reason);
     }
-    auto last = std::make_shared<const web::ProgramStatus>(std::move(status));
     lock.lock();
-    status_ = std::move(last);
+    write_offers(status);
+    status_ = std::make_shared<const web::ProgramStatus>(std::move(status));
     busy_ = false;
   }
 }

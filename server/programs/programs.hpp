@@ -43,6 +43,8 @@ class Programs final : public web::ProgramRunner {
 
   /// As start(), regardless of the permissions of pages.
   [[nodiscard]] Result<void> launch(const std::string& name, std::optional<std::uint64_t> seed);
+  /// From now on these can be started, of another scene. A running program goes on.
+  void offer(std::vector<Program> programs);
 
   [[nodiscard]] Result<void> start(const std::string& name,
                                    std::optional<std::uint64_t> seed) override;
@@ -63,13 +65,15 @@ class Programs final : public web::ProgramRunner {
   };
   void run();
   void serve(Child& child);
-  void publish(const web::ProgramStatus& status);
+  void publish(web::ProgramStatus status);
+  void write_offers(web::ProgramStatus& status) const;
   [[nodiscard]] Result<void> check_free() const;
   void begin(const std::string& name, Start start);
   [[nodiscard]] const Program* find(const std::string& name) const;
 
-  ProgramsOptions options_;
+  const ProgramsOptions options_;
   mutable std::mutex mutex_;  // of what follows
+  std::vector<Program> programs_;
   std::condition_variable changed_;
   std::shared_ptr<const web::ProgramStatus> status_;
   std::optional<Start> wanted_;  // to be started

@@ -73,6 +73,8 @@ struct WebServerOptions {
   std::function<std::vector<ListenerCount>()> listeners;  ///< called on the server's thread
   /// Text of /metrics in Prometheus' format; called on the server's thread. Null: 404.
   std::function<std::string()> metrics = {};
+  /// Why the cell is not ready although it runs, for /readyz; empty = it is. Thread: the server's.
+  std::function<std::string()> problem = [] { return std::string(); };
 };
 
 }  // namespace aprsim::web

@@ -6,6 +6,7 @@ import pathlib
 import socket
 import subprocess
 import tempfile
+import threading
 import unittest
 
 import grpc
@@ -182,11 +183,12 @@ class OtherRobotsTest(unittest.TestCase):
         self.assertEqual(seen[-1][1], seen[4][1], seen)
         self.assertLess(seen[-1][2] - seen[4][2], 15, seen)
 
-    def start_at(self, port):
-        """A daemon with free ports, but for one robot that its scene lacks; its ports file."""
-        free = ("crcl.ports.fanuc", "crcl.ports.motoman", "vision.ports.fanuc", "vision.ports.motoman")
+    def start_at(self, port, *names, fanuc=0):
+        """A daemon with free ports, but for robots that its scene lacks; its ports file."""
+        free = ("crcl.ports.motoman", "vision.ports.fanuc", "vision.ports.motoman")
         keys = [f"{key}=0" for key in (*free, "modbus.port", "grpc.port", "cameras.port")]
-        keys += [f"crcl.ports.ur5e={port}"]
+        keys += [f"crcl.ports.fanuc={fanuc}"]
+        keys += [f"crcl.ports.{name}={port}" for name in names]
         file = self.directory / "ports.json"
         command = [BINARIES / "aprsimd", "--scene", "aprs", "--speed", "stepped", "--no-web"]
         command += ["--exit-on-stdin-eof", "--ports-file", file]
@@ -203,7 +205,7 @@ class OtherRobotsTest(unittest.TestCase):
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = taken.getsockname()[1]
-        file = self.start_at(port)
+        file = self.start_at(port, "ur5e")
         cell = Cell.connect(file)
         self.addCleanup(cell.close)
         before = cell.snapshot().message.epoch
@@ -217,6 +219,18 @@ class OtherRobotsTest(unittest.TestCase):
         cell.reset(scene="arms")
         self.assertEqual(json.loads(file.read_text())["crcl.ur5e"], port)
         cell.robot("ur5e").move_by([0, 0, -0.01])
+
+    def test_one_port_for_two_robots_is_refused_although_it_becomes_free(self):
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            port = probe.getsockname()[1]
+        cell = Cell.connect(self.start_at(port, "ur5e", "irb120", fanuc=port))
+        self.addCleanup(cell.close)
+        with Client(port) as client:
+            with self.assertRaisesRegex(Refused, f"crcl.ur5e: .*port {port}: crcl.irb120 listens there"):
+                cell.reset(scene="arms")
+            self.assertIn(b"CRCL", client.status())
+        self.assertEqual(tuple(cell.snapshot().robots), ("fanuc", "motoman"))
 
     def test_a_journal_replays_to_the_same_states_and_replies(self):
         journal = str(self.directory / "run.journal")
@@ -289,6 +303,65 @@ class OtherRobotsTest(unittest.TestCase):
         return robot_service_pb2_grpc.RobotServiceStub(channel).StreamStatus(
             robot_service_pb2.StreamStatusRequest(options={"robot": robot}, rate_hz=50)
         )
+
+    def test_virtual_time_goes_on_with_the_robots_that_are_there(self):
+        daemon, cell = self.start(
+            "--time", "virtual", "--pacers", "crcl.fanuc,crcl.motoman", speed="max"
+        )
+
+        def awaited():
+            return sorted(cell.snapshot().message.virtual_time.awaited)
+
+        def elapsed(client, polls=4):
+            """Simulated milliseconds that a client's polls take."""
+            client.status()
+            before = cell.snapshot().message.step
+            for _ in range(polls):
+                client.status()
+            return cell.snapshot().message.step - before
+
+        self.assertEqual(awaited(), ["crcl.fanuc", "crcl.motoman"])
+        with Client(self.ports(daemon)["crcl.motoman"]) as motoman:
+            # The other declared robot leaves: time waits for this one alone.
+            cell.reset(scene="motoman_only")
+            self.assertEqual(elapsed(motoman), 100)
+            # None of the declared robots is there: any client paces.
+            cell.reset(scene="arms")
+            self.assertTrue(motoman.is_closed_cleanly())
+        await_that(lambda: awaited() == ["any client"], "time waits for a client")
+        with Client(self.ports(daemon)["crcl.scara"]) as scara:
+            self.assertEqual(elapsed(scara), 100)
+            self.assertEqual(list(cell.snapshot().message.virtual_time.pacers), ["crcl.scara"])
+        # Both are back, and time waits for both.
+        cell.reset(scene="aprs")
+        await_that(lambda: awaited() == ["crcl.fanuc", "crcl.motoman"], "time waits for both")
+        step = cell.snapshot().message.step
+        with Client(self.ports(daemon)["crcl.fanuc"]) as fanuc:
+            poll = threading.Thread(target=fanuc.status)
+            poll.start()
+            await_that(lambda: awaited() == ["crcl.motoman"], "time waits for the other one")
+            self.assertEqual(cell.snapshot().message.step, step)
+            with Client(self.ports(daemon)["crcl.motoman"]) as motoman:
+                motoman.status()
+                poll.join(60 * PATIENCE)
+                self.assertFalse(poll.is_alive())
+                self.assertEqual(cell.snapshot().message.step, step + 25)
+        self.assertTrue(cell.snapshot().message.virtual_time.reproducible)
+
+    def test_a_run_in_virtual_time_over_other_robots_is_the_same_again(self):
+        hashes = []
+        for _ in range(2):
+            daemon, cell = self.start("--time", "virtual", "--pacers", "crcl.fanuc", speed="max")
+            with Client(self.ports(daemon)["crcl.fanuc"]) as fanuc:
+                fanuc.status()
+            cell.reset(seed=3, scene="arms")
+            with Client(self.ports(daemon)["crcl.ur5e"]) as ur5e:
+                ur5e.socket.sendall(INIT % (b"InitCanonType", 7))
+                for _ in range(40):
+                    status = ur5e.status()
+                self.assertIn(b"CRCL_Done", status)
+                hashes.append((cell.snapshot().message.step, cell.snapshot().state_hash))
+        self.assertEqual(hashes[0], hashes[1])
 
     def test_a_world_in_this_process_takes_other_robots(self):
         with World("aprs", seed=3) as world:

@@ -74,6 +74,18 @@ TEST_F(Http, TellsItsHealthAndWhyTheCellIsNotReady) {
   EXPECT_TRUE(has(client.request("GET /metrics HTTP/1.1"), "404"));
 }
 
+TEST_F(Http, IsNotReadyWhileAnotherPartHasAProblem) {
+  options.problem = [] { return std::string("crcl.scara: port 64444 is in use"); };
+  start();
+  RawWebClient client(port);
+  const std::string answer = client.request("GET /readyz HTTP/1.1");
+  EXPECT_TRUE(answer.starts_with("HTTP/1.1 503")) << answer;
+  EXPECT_TRUE(answer.ends_with("crcl.scara: port 64444 is in use\n")) << answer;
+  // The simulation's own problem comes first.
+  world.complain("the pace is 0.20 instead of 1");
+  EXPECT_TRUE(client.request("GET /readyz HTTP/1.1").ends_with("the pace is 0.20 instead of 1\n"));
+}
+
 TEST_F(Http, MetricsAreMadeWhenTheyAreAskedFor) {
   int asked = 0;
   options.metrics = [&] { return "a " + std::to_string(++asked) + "\n"; };

@@ -32,7 +32,8 @@ Result<web::ScenarioCheck> checked(server::ScenarioChecker& checker, const std::
 
 class ScenarioDrafts : public ::testing::Test {
  protected:
-  server::ScenarioChecker checker{loaded("aprs")};
+  std::shared_ptr<const scene::Scene> present = loaded("aprs");
+  server::ScenarioChecker checker{[this] { return present; }};
 };
 
 TEST_F(ScenarioDrafts, BeginWithTheShippedOnes) {
@@ -69,6 +70,28 @@ TEST_F(ScenarioDrafts, RunWhereTheySuitTheCell) {
   EXPECT_TRUE(of("clean_2024").run_refusal.starts_with("It is for the scene aprs_2024"));
 }
 
+TEST_F(ScenarioDrafts, SuitTheSceneThatTheCellHasNow) {
+  const auto text = checker.find("clean_2024").value().text;
+  EXPECT_TRUE(checked(checker, text).value().run_refusal.starts_with("It is for the scene"));
+  present = loaded("aprs_2024");
+  EXPECT_EQ(checker.find("").value().scene, "aprs_2024");
+  EXPECT_EQ(checked(checker, text).value().run_refusal, "");
+  const auto before = checked(checker, checker.find("urgent_with_slow_robot").value().text).value();
+  EXPECT_EQ(before.run_refusal,
+            "It is for the scene aprs, and this cell has another one. Save it, and use `aprsim "
+            "scenario run FILE`.");
+}
+
+TEST_F(ScenarioDrafts, BeginWithTheFirstSceneWhereThePresentOneHasNoFile) {
+  auto sent = std::make_shared<scene::Scene>(*present);
+  sent->file = fs::path(present->file).parent_path() / "a_text_that_was_sent.yaml";
+  present = sent;
+  EXPECT_EQ(checker.find("").value().scene, "aprs");
+  const auto check = checked(checker, checker.find("urgent_with_slow_robot").value().text).value();
+  EXPECT_TRUE(check.problems.empty());
+  EXPECT_TRUE(check.run_refusal.starts_with("It is for the scene aprs"));
+}
+
 TEST_F(ScenarioDrafts, AreRefusedByTheReader) {
   const auto wrong = checked(checker, "description: no\nscene: aprs\norder: []\n").value();
   ASSERT_FALSE(wrong.problems.empty());
@@ -99,7 +122,7 @@ TEST(ScenarioDraftsOfAnOwnScene, NameItsFile) {
   const auto paths = scene::default_data_paths();
   const std::string file = directory.write(
       "own.yaml", scene::self_contained(paths.scenes + "/empty_belt.yaml", paths).value());
-  server::ScenarioChecker checker(loaded(file));
+  server::ScenarioChecker checker([scene = loaded(file)] { return scene; });
   EXPECT_EQ(checker.find("").value().scene, file);
   const auto check =
       checked(checker, "description: mine\nscene: " + file + "\norders: []\n").value();

@@ -89,6 +89,24 @@ TEST_F(CellProgramsTest, ADemoOfAnUnknownCellIsRefused) {
       << begun.error().message;
 }
 
+TEST_F(CellProgramsTest, FollowTheScene) {
+  CellPrograms programs(config, false);
+  const auto offered = [&] {
+    std::vector<std::string> names;
+    for (const auto& offer : programs.for_pages()->status()->offers) names.push_back(offer.name);
+    return names;
+  };
+  const auto of_2017 = offered();
+  EXPECT_NE(std::ranges::find(of_2017, "clean_2017"), of_2017.end());
+  programs.offer(programs.programs_of("aprs_2024"));
+  const auto of_2024 = offered();
+  EXPECT_EQ(of_2024.front(), kDemo);
+  EXPECT_NE(std::ranges::find(of_2024, "clean_2024"), of_2024.end());
+  EXPECT_EQ(std::ranges::find(of_2024, "clean_2017"), of_2024.end());
+  programs.offer(programs.programs_of("empty_belt"));
+  EXPECT_EQ(programs.for_pages()->status()->refusal, "No program is known for this scene.");
+}
+
 TEST_F(CellProgramsTest, NeedListenersAtOneAddress) {
   config.crcl.address = "10.0.0.7";
   EXPECT_EQ(CellPrograms(config, false).for_pages()->status()->refusal,

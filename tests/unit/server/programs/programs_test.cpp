@@ -201,6 +201,26 @@ TEST_F(ProgramsTest, GivesItsFilesToNobody) {
   }
 }
 
+TEST_F(ProgramsTest, OthersAreOfferedWhileOneRuns) {
+  with({shell("first", "echo begun; exec sleep 600")});
+  ASSERT_TRUE(programs->start("first", {}));
+  ASSERT_TRUE(eventually([&] { return says("begun"); }));
+  programs->offer({shell("second", "true")});
+  ASSERT_EQ(programs->status()->offers.size(), 1U);
+  EXPECT_EQ(programs->status()->offers[0].name, "second");
+  EXPECT_TRUE(programs->status()->running);
+  ASSERT_TRUE(programs->stop());
+  ASSERT_TRUE(ended());
+  // What the ended program left behind does not bring its offer back.
+  ASSERT_EQ(programs->status()->offers.size(), 1U);
+  EXPECT_EQ(programs->status()->offers[0].name, "second");
+  EXPECT_FALSE(programs->start("first", {}));
+  EXPECT_TRUE(programs->start("second", {}));
+  ASSERT_TRUE(ended());
+  programs->offer({});
+  EXPECT_EQ(programs->status()->refusal, "No program is known for this scene.");
+}
+
 TEST(KnownPrograms, AreThoseOfTheScene) {
   const auto names = [](const std::string& scene) {
     std::vector<std::string> out;
