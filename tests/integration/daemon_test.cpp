@@ -226,7 +226,7 @@ TEST(Daemon, WrongConfigurationNamesKeyValueAndPlace) {
 TEST(Daemon, ChecksEveryShippedScene) {
   for (const auto* scene :
        {"aprs", "aprs_2024", "aprs_2025", "aprs_lab", "fanuc_only", "motoman_only", "sorting",
-        "table1", "empty_belt", "taskboard", "taskboard_keys", "arms", "ariac"}) {
+        "table1", "empty_belt", "taskboard", "taskboard_keys", "arms", "ariac", "two_arms"}) {
     const auto result = run_process({kDaemon, "--scene", scene, "--check"});
     EXPECT_EQ(result.exit_code, 0) << scene << ": " << result.err;
   }

@@ -82,5 +82,40 @@ class OtherCellsTest(unittest.TestCase):
             self.fill("ariac", "ur5e", "kit", trays, 0.5)
 
 
+class TwoArmsTest(unittest.TestCase):
+    """Two arms of other makers fill a kit each, with gears that the belt brings."""
+
+    ROBOTS = ("ur5e", "irb120")
+    MOST_MM = 0.5
+
+    def setUp(self):
+        pacers = ",".join(f"{wire}.{robot}" for wire in ("crcl", "vision") for robot in self.ROBOTS)
+        self.daemon = Daemon(
+            BINARIES, "--scene", "two_arms", "--time", "virtual", "--pacers", pacers, "--no-web"
+        )
+        self.addCleanup(self.daemon.close)
+
+    def test_both_kits_are_filled(self):
+        controller = Controller(
+            "--cell", "two_arms", "--clock", "polls", "--poll-ms", "25",
+            ports_file=self.daemon.ports_file,
+        )
+        self.addCleanup(lambda: controller.process.poll() is None and controller.kill())
+        code, report = controller.wait(600)
+        text = "".join(controller.lines)
+        self.assertEqual(code, 0, text)
+        self.assertEqual(report["counts"].get("robot_error", 0), 0, text)
+        self.assertGreater(report["counts"].get("belt", 0), 0, text)
+        state = snapshot(self.daemon)
+        self.assertEqual((state["world_fault"], int(state["physics_faults"])), ("", 0))
+        cell = cells.read_cell("two_arms")
+        found = filled_slots(state, cell)
+        self.assertEqual(set(found), {"kit_s2l2", "kit_m2l1"})
+        for kit, slots in found.items():
+            wanted = {slot.name: slot.part for slot in cell.trays[f"sku_{kit}_vessel"].slots}
+            self.assertEqual({name: part and part[0] for name, part in slots.items()}, wanted, text)
+            self.assertLess(max(error for _, error in slots.values()), self.MOST_MM, found)
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -38,7 +38,7 @@ TEST_F(DataPathsTest, SceneNamesAreSortedAndLeaveTypesOut) {
   EXPECT_EQ(scene_names(default_data_paths()),
             (std::vector<std::string>{"aprs", "aprs_2024", "aprs_2025", "aprs_lab", "ariac", "arms",
                                       "empty_belt", "fanuc_only", "motoman_only", "sorting",
-                                      "table1", "taskboard", "taskboard_keys"}));
+                                      "table1", "taskboard", "taskboard_keys", "two_arms"}));
   EXPECT_TRUE(scene_names({directory_ + "/none", ""}).empty());
 }
 
