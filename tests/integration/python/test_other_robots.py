@@ -329,6 +329,7 @@ class OtherRobotsTest(unittest.TestCase):
             cell.reset(scene="arms")
             self.assertTrue(motoman.is_closed_cleanly())
         await_that(lambda: awaited() == ["any client"], "time waits for a client")
+        await_that(lambda: "crcl.scara" in self.ports(daemon), "the robots' ports are open")
         with Client(self.ports(daemon)["crcl.scara"]) as scara:
             self.assertEqual(elapsed(scara), 100)
             self.assertEqual(list(cell.snapshot().message.virtual_time.pacers), ["crcl.scara"])
@@ -336,16 +337,25 @@ class OtherRobotsTest(unittest.TestCase):
         cell.reset(scene="aprs")
         await_that(lambda: awaited() == ["crcl.fanuc", "crcl.motoman"], "time waits for both")
         step = cell.snapshot().message.step
+        await_that(lambda: "crcl.motoman" in self.ports(daemon), "the robots' ports are open")
         with Client(self.ports(daemon)["crcl.fanuc"]) as fanuc:
-            poll = threading.Thread(target=fanuc.status)
-            poll.start()
+
+            def poll_twice():
+                fanuc.status()
+                fanuc.status()
+                fanuc.socket.close()
+
+            polls = threading.Thread(target=poll_twice)
+            polls.start()
             await_that(lambda: awaited() == ["crcl.motoman"], "time waits for the other one")
             self.assertEqual(cell.snapshot().message.step, step)
             with Client(self.ports(daemon)["crcl.motoman"]) as motoman:
                 motoman.status()
-                poll.join(60 * PATIENCE)
-                self.assertFalse(poll.is_alive())
                 self.assertEqual(cell.snapshot().message.step, step + 25)
+                motoman.status()
+                self.assertEqual(cell.snapshot().message.step, step + 50)
+            polls.join(60 * PATIENCE)
+            self.assertFalse(polls.is_alive())
         self.assertTrue(cell.snapshot().message.virtual_time.reproducible)
 
     def test_a_run_in_virtual_time_over_other_robots_is_the_same_again(self):
@@ -355,6 +365,7 @@ class OtherRobotsTest(unittest.TestCase):
             with Client(self.ports(daemon)["crcl.fanuc"]) as fanuc:
                 fanuc.status()
             cell.reset(seed=3, scene="arms")
+            await_that(lambda: "crcl.ur5e" in self.ports(daemon), "the robots' ports are open")
             with Client(self.ports(daemon)["crcl.ur5e"]) as ur5e:
                 ur5e.socket.sendall(INIT % (b"InitCanonType", 7))
                 for _ in range(40):

@@ -211,7 +211,7 @@ TEST_F(ProgramsTest, OthersAreOfferedWhileOneRuns) {
   EXPECT_TRUE(programs->status()->running);
   ASSERT_TRUE(programs->stop());
   ASSERT_TRUE(ended());
-  // What the ended program left behind does not bring its offer back.
+  // The end of a program does not bring its offer back.
   ASSERT_EQ(programs->status()->offers.size(), 1U);
   EXPECT_EQ(programs->status()->offers[0].name, "second");
   EXPECT_FALSE(programs->start("first", {}));

@@ -252,7 +252,7 @@ TEST(TimeBarrier, RolesOfRobotsThatHaveLeftAreNotWaitedFor) {
   for (const auto id : {fanuc, motoman, belt}) barrier.request_until(id, 25);
   EXPECT_EQ(barrier.due(), 25U);
   barrier.set_robots({"motoman"}, kBegin);
-  // Its connection has not closed yet, and no longer counts.
+  // Its connection is still open and does not count.
   EXPECT_EQ(barrier.state(kBegin).pacers, (Names{"crcl.motoman", "modbus"}));
   barrier.leave(fanuc, kBegin);
   EXPECT_EQ(barrier.due(), 25U);
