@@ -15,6 +15,8 @@ constexpr double kLimitTolerance = 1e-10;  ///< rounding at a limit; the angle i
 constexpr double kSameSolution = 1e-12;
 constexpr int kElbowCandidates = 72;   ///< of the search round the circle
 constexpr int kRefinements = 16;       ///< steps of the pattern search round the best candidate
+constexpr int kFiner = 8;              ///< candidates of a second scan, where the first finds none
+constexpr double kHopeless_m = 0.01;   ///< out of reach by more at all candidates: there is none
 constexpr int kNarrowings = 24;        ///< of the search for the least violation of limits
 constexpr double kLimitWeight = 0.25;  ///< of closeness to limits against distance to the seed
 
@@ -212,7 +214,7 @@ double BranchedIk::posture_cost(const Choice& choice) const {
   return choice.cost + kLimitWeight * crowding;
 }
 
-/// Of a posture outside limits, or of none: to rank elbow angles without a solution.
+/// Ranks elbow angles without a solution: by the violation of limits, or by the missing reach.
 double BranchedIk::shortfall(const Choice& choice) {
   if (choice.found) return 0;
   if (choice.joint >= 0) return choice.violation_rad;
@@ -260,11 +262,9 @@ Result<double> BranchedIk::search_elbow(const Eigen::Isometry3d& X_BF,
   // refined.
   // The search starts at the seed's own elbow angle, so that staying is one of the candidates.
   const double start = elbow_of(seed);
-  constexpr double kSpacing = 2 * std::numbers::pi / kElbowCandidates;
   double best_elbow = start, best_cost = 0;
   bool found = false;
   Choice least_bad;
-  std::array<double, kElbowCandidates> lacking{};
   const auto consider = [&](const Choice& choice, double elbow) {
     if (!choice.found) {
       if (shortfall(choice) < shortfall(least_bad)) least_bad = choice;
@@ -276,27 +276,32 @@ Result<double> BranchedIk::search_elbow(const Eigen::Isometry3d& X_BF,
     best_elbow = elbow;
     best_cost = cost;
   };
-  for (int i = 0; i < kElbowCandidates; ++i) {
-    const double elbow = start + i * kSpacing;
-    const Choice choice = choose(X_BF, seed, elbow);
-    if (i == 0) least_bad = choice;
-    lacking[static_cast<std::size_t>(i)] = shortfall(choice);
-    consider(choice, elbow);
-  }
-  // The angles within limits may be a range narrower than the scan's spacing, about a minimum.
-  for (int i = 0; i < kElbowCandidates && !found; ++i) {
-    const auto at = [&](int k) {
-      return lacking[static_cast<std::size_t>((k + kElbowCandidates) % kElbowCandidates)];
-    };
-    if (at(i) > at(i - 1) || at(i) > at(i + 1)) continue;
-    double elbow = 0;
-    const Choice choice = least_violation(X_BF, seed, start + i * kSpacing, kSpacing, elbow);
-    consider(choice, elbow);
-  }
+  std::array<double, kElbowCandidates * kFiner> lacking{};
+  const auto scan = [&](int count) {
+    const double spacing = kTurn / count;
+    for (int i = 0; i < count; ++i) {
+      const Choice choice = choose(X_BF, seed, start + i * spacing);
+      if (i == 0) least_bad = choice;
+      lacking[static_cast<std::size_t>(i)] = shortfall(choice);
+      consider(choice, start + i * spacing);
+    }
+    // The angles within limits may be a range narrower than the spacing, about a minimum.
+    const auto at = [&](int i) { return lacking[static_cast<std::size_t>((i + count) % count)]; };
+    for (int i = 0; i < count && !found; ++i) {
+      if (at(i) >= at(i - 1) || at(i) > at(i + 1)) continue;
+      double elbow = 0;
+      const Choice choice = least_violation(X_BF, seed, start + i * spacing, spacing, elbow);
+      consider(choice, elbow);
+    }
+  };
+  scan(kElbowCandidates);
+  // Between two angles of the scan the reach changes by less.
+  const bool is_near = shortfall(least_bad) < kTurn + kHopeless_m;
+  if (!found && is_near) scan(kElbowCandidates * kFiner);
   if (!found) return tl::unexpected(refusal(least_bad));
 
   // Refinement by a shrinking pattern search.
-  double step = kSpacing / 2;
+  double step = kTurn / kElbowCandidates / 2;
   for (int i = 0; i < kRefinements; ++i, step *= 0.7) {
     for (const double elbow : {best_elbow - step, best_elbow + step}) {
       const Choice choice = choose(X_BF, seed, elbow);
