@@ -74,11 +74,14 @@ Result<void> Jogger::check(const v1::JogRequest& request, const api::Snapshot& s
                   fmt::format("the axis has length {}, expected 1", length));
     }
   }
-  const double longest = turns(request) ? kLongestStep_rad : kLongestStep_m;
+  const bool slides = request.has_joint() &&
+                      robot.joints[static_cast<std::size_t>(request.joint().joint())].prismatic;
+  const bool in_radians = turns(request) && !slides;
+  const double longest = in_radians ? kLongestStep_rad : kLongestStep_m;
   if (!(request.step() >= 0 && request.step() <= longest)) {
     return fail(ErrorCode::kInvalidArgument, "step",
                 fmt::format("{0} {2} is not within 0 and {1} {2}", request.step(), longest,
-                            turns(request) ? "rad" : "m"));
+                            in_radians ? "rad" : "m"));
   }
   if (request.direction_case() == v1::JogRequest::DIRECTION_NOT_SET) {
     return fail(ErrorCode::kInvalidArgument, "direction", "a step needs a direction");
