@@ -21,7 +21,7 @@ constexpr std::chrono::nanoseconds kLongestWait = std::chrono::hours(1);
 constexpr std::chrono::milliseconds kStopDeadline{100};
 
 /// Time for the listeners of new robots to open before a reset is confirmed.
-constexpr std::chrono::seconds kListenerPatience{1};
+constexpr std::chrono::seconds kListenerPatience{5};
 
 bool may_change_robots(const api::Command& command) {
   const auto* simulation = std::get_if<api::SimulationCommand>(&command.body);
@@ -116,7 +116,7 @@ void ControlService::carry_out(grpc::CallbackServerContext* context, const Finis
   waiter_.wait(std::move(call));
 }
 
-/// So that a client finds the ports of new robots open. They have a second for it.
+/// So that a client finds the ports of new robots open. They have five seconds for it.
 void ControlService::await_listeners(CommandWaiter::Call& call) const {
   std::optional<grpc::Status> status;
   std::chrono::steady_clock::time_point applied;
