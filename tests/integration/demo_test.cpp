@@ -161,16 +161,20 @@ void expect_demo(const std::string& scene, const std::string& robot) {
   EXPECT_EQ(end.world_fault(), "");
 }
 
-class DemoInScene : public testing::TestWithParam<std::tuple<std::string, const char*>> {};
-
-TEST_P(DemoInScene, ARobotPutsAGearIntoAKit) {
-  const auto& [scene, robot] = GetParam();
-  expect_demo(scene, robot);
+struct RobotOfScene {
+  std::string scene, robot;
+};
+void PrintTo(const RobotOfScene& shown, std::ostream* out) {
+  *out << shown.scene << ' ' << shown.robot;
 }
 
-/// Every shipped scene in which there is a kit to fill with gears.
-std::vector<std::string> scenes_with_kits() {
-  std::vector<std::string> names;
+class DemoInScene : public testing::TestWithParam<RobotOfScene> {};
+
+TEST_P(DemoInScene, ARobotPutsAGearIntoAKit) { expect_demo(GetParam().scene, GetParam().robot); }
+
+/// The robots of every shipped scene in which there is a kit to fill with gears.
+std::vector<RobotOfScene> robots_with_kits() {
+  std::vector<RobotOfScene> robots;
   const auto paths = scene::default_data_paths();
   for (const auto& name : scene::scene_names(paths)) {
     const auto scene = scene::load_scene(name, paths);
@@ -178,19 +182,18 @@ std::vector<std::string> scenes_with_kits() {
     const bool kits = std::ranges::any_of(scene->trays, [&](const scene::TrayInstance& tray) {
       return scene->tray_types.at(tray.type).kind == api::BodyKind::kKitTray;
     });
-    if (kits) names.push_back(name);
+    if (!kits) continue;
+    for (const scene::Robot& robot : scene->robots) robots.push_back({name, robot.name});
   }
-  return names;
+  return robots;
 }
 
-INSTANTIATE_TEST_SUITE_P(Kits, DemoInScene,
-                         testing::Combine(testing::ValuesIn(scenes_with_kits()),
-                                          testing::Values("fanuc", "motoman")),
+INSTANTIATE_TEST_SUITE_P(Kits, DemoInScene, testing::ValuesIn(robots_with_kits()),
                          [](const auto& test) {
-                           return std::get<0>(test.param) + "_" + std::get<1>(test.param);
+                           return test.param.scene + "_" + test.param.robot;
                          });
 
-TEST(Demo, SomeSceneHasKits) { EXPECT_GE(scenes_with_kits().size(), 3U); }
+TEST(Demo, SomeScenesHaveKits) { EXPECT_GE(robots_with_kits().size(), 6U); }
 
 /// The number after `words` in a text; a failure when they are not there.
 double number_after(const std::string& text, const std::string& words) {

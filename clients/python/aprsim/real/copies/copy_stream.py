@@ -75,6 +75,7 @@ class CopyStream:
         """Once the robot is at rest there: a stream of which nothing is left."""
         self._stream.restart()
         self._rests(here_rad)
+        self.time_s = 0.0
 
     def rest_s(self) -> float:
         """Wall time until the robot is at rest where nothing more comes."""

@@ -90,7 +90,6 @@ class RobotMirror:
         with self._cell.open_joint_stream(self._robot, commander=commander, reset=resets) as stream:
             here = self._cell.snapshot(["robots"]).robot(self._robot).joints_rad
             copy = CopyStream(stream, self._bounds, self._pacing, here, self._late_s)
-            self._settings.clear()
             reading = self._approach(copy, reader, ended)
             self._tell(f"{self._robot}: follows {reader.address}")
             self.follows.set()

@@ -21,6 +21,9 @@ struct JoggedArm {
   const char* scene;
   int robot;
 };
+void PrintTo(const JoggedArm& shown, std::ostream* out) {
+  *out << shown.scene << ' ' << shown.robot;
+}
 
 /// Keeps what the jog sends until the next step.
 class StepSink final : public api::CommandSink {
