@@ -1,13 +1,13 @@
 // The shipped arms beside the figures that their makers publish: lengths, reach, joint ranges and
 // speeds. world/models/README.md says where the models' own figures come from.
 //
-// Sources:
+// Documents that have these figures; those of UR and of the Panda were read for this test, the
+// others are to be compared with their documents again:
 //   LR Mate 200iD   FANUC, data sheet "LR Mate 200iD": reach 717 mm, 25 kg, ranges and speeds
 //   SIA20D          Yaskawa Motoman, data sheet "SIA20D": reach 910 mm, 120 kg, ranges and speeds
-//   UR5e            Universal Robots, data sheet "UR5e": reach 850 mm, +-360 deg, 180 deg/s;
-//   lengths
-//                   and masses of "Parameters for calculations of kinematics and dynamics"
-//                   (article 45257); torques of "Max. joint torques"
+//   UR5e            Universal Robots, data sheet "UR5e": reach 850 mm, +-360 deg, 180 deg/s; its
+//                   "Parameters for calculations of kinematics and dynamics" (article 45257):
+//                   lengths and masses; "Max. joint torques": torques
 //   IRB 120         ABB, "Product specification IRB 120" 3HAC035960-001: reach 580 mm at the wrist
 //                   centre, ranges, speeds, dimensions
 //   Panda           Franka Emika, "Robot and interface specifications" of the FCI documentation:
